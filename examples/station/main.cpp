@@ -18,6 +18,7 @@
 #include "touchstone/examples/station/messages/recorded_flight.hpp"
 #include "touchstone/examples/station/options.hpp"
 #include "touchstone/examples/station/server/loop.hpp"
+#include "touchstone/examples/station/server/scripted_hand.hpp"
 #include "touchstone/examples/station/server/server.hpp"
 
 namespace {
@@ -157,6 +158,27 @@ class Clerk {
   std::thread thread_;
 };
 
+/// Lines that a flight ends with.
+std::string end_of(const Session& session, const Exchange& exchange, const Server& server) {
+  return fmt::format("frames {}, hash {}\n", session.frame(), hash_text(session.hash())) +
+         figures_text(exchange.figures, server.latency());
+}
+
+/// Until its end or a signal, after which the recording has its end.
+void run_loop(StationLoop& loop, const StationOptions& options, const std::atomic<bool>& stop) {
+  const bool is_first = ask_for_real_time();
+  comparison::print_now(is_first ? "" : "the loop runs at ordinary priority: a busy machine makes it late\n");
+  // At least one frame of however little: 0 would be without end.
+  loop.run(stop, static_cast<std::uint64_t>(std::ceil(options.seconds * options.rate)));
+}
+
+void print_address(const StationOptions& options, const Server& server) {
+  const bool is_v6 = options.server.bind.find(':') != std::string::npos;
+  const std::string host = is_v6 ? "[" + options.server.bind + "]" : options.server.bind;
+  const std::string token = options.server.token.empty() ? "" : "?token=" + options.server.token;
+  comparison::print_now(fmt::format("http://{}:{}/{}\n", host, server.port(), token));
+}
+
 int fly(StationOptions options, const fs::path& folder) {
   const StationScenes scenes = load_scenes(options, folder);
   const std::size_t scene = scene_to_fly(options.scene, scenes);
@@ -180,33 +202,23 @@ int fly(StationOptions options, const fs::path& folder) {
   if (!options.record.empty()) recorder.open(options.record);
   Clerk clerk(judge, recorder);
   StationLoop loop(session, exchange, judge, &recorder);
-  const bool is_v6 = options.server.bind.find(':') != std::string::npos;
-  const std::string host = is_v6 ? "[" + options.server.bind + "]" : options.server.bind;
-  const std::string token = options.server.token.empty() ? "" : "?token=" + options.server.token;
-  comparison::print_now(fmt::format("http://{}:{}/{}\n", host, server.port(), token));
+  print_address(options, server);
+  std::optional<ScriptedHand> hand;
+  if (options.soak) hand.emplace(server, options.rate);
 
   std::atomic<bool> stop{false}, ended{false};
   // A signal lets the frame end, so that the recording gets its end.
   const comparison::OnInterrupt on_interrupt([&] {
     stop = true;
     while (!ended) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    return fmt::format("frames {}, hash {}, deadlines missed {}", session.frame(), hash_text(session.hash()),
-                       exchange.figures.missed.load());
+    return end_of(session, exchange, server);
   });
-  const bool is_first = ask_for_real_time();
-  comparison::print_now(is_first ? "" : "the loop runs at ordinary priority: a busy machine makes it late\n");
-  // At least one frame of however little: 0 would be without end.
-  loop.run(stop, static_cast<std::uint64_t>(std::ceil(options.seconds * options.rate)));
+  run_loop(loop, options, stop);
   clerk.end();
   recorder.end(session.frame(), session.hash());
   ended = true;
   comparison::stop_if_interrupted();
-  print_end(session);
-  const LoopFigures& figures = exchange.figures;
-  comparison::print_now(fmt::format(
-      "deadlines missed {}; a step: median {:.0f} us, 99.9 % {:.0f} us, worst {:.0f} us; not judged {}\n",
-      figures.missed.load(), figures.step.quantile_us(0.5), figures.step.quantile_us(0.999),
-      figures.step.worst_us(), figures.not_judged.load()));
+  comparison::print_now(end_of(session, exchange, server));
   return 0;
 }
 

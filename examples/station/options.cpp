@@ -6,6 +6,16 @@
 #include "touchstone/examples/program/terminal/program.hpp"
 
 namespace touchstone::station {
+namespace {
+
+void refuse_with_replay(const CLI::App& app) {
+  for (const char* option : {"--rate", "--methods", "--dynamics", "--record", "--seconds", "--port", "--bind",
+                             "--token", "--udp", "--page", "--open", "--soak"})
+    if (app.count(option) > 0)
+      throw InputError(std::string(option) + " is not of a --replay: the recording says how it was flown");
+}
+
+}  // namespace
 
 std::optional<StationOptions> parse_station_options(int argc, const char* const* argv,
                                                     const std::filesystem::path& page) {
@@ -35,6 +45,7 @@ std::optional<StationOptions> parse_station_options(int argc, const char* const*
   app.add_option("--gltf", out.outputs.animations, "with --poses: folder for an animation");
   app.add_option("--cigi", out.outputs.cigi, "with --replay: HOST:PORT of an image generator, in real time");
   app.add_option("--seconds", out.seconds, "end after so long")->check(CLI::NonNegativeNumber);
+  app.add_flag("--soak", out.soak, "a scripted hand flies, for the figures of a long flight; with --seconds");
   app.add_option("--port", out.server.port, "of the page; 0: any")->capture_default_str();
   app.add_option("--bind", out.server.bind, "address; beyond loopback a token is asked for")
       ->capture_default_str();
@@ -53,13 +64,9 @@ std::optional<StationOptions> parse_station_options(int argc, const char* const*
     out.methods = 0;
     for (const unsigned method : methods) out.methods |= 1U << method;
   }
+  if (!out.replay.empty()) refuse_with_replay(app);
   const bool has_outputs =
       !out.outputs.records.empty() || !out.outputs.animations.empty() || !out.outputs.cigi.empty();
-  if (!out.replay.empty())
-    for (const char* option : {"--rate", "--methods", "--dynamics", "--record", "--seconds", "--port",
-                               "--bind", "--token", "--udp", "--page", "--open"})
-      if (app.count(option) > 0)
-        throw InputError(std::string(option) + " is not of a --replay: the recording says how it was flown");
   if (has_outputs && out.replay.empty()) throw InputError("--poses, --gltf and --cigi are of a --replay");
   if (std::filesystem::path(out.scene).extension() == ".yaml") {
     out.scripts.emplace_back(out.scene);

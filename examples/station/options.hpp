@@ -17,7 +17,7 @@ struct StationOptions {
   training::OutputOptions outputs;         ///< of a replay
   std::uint32_t methods = kAllMethods;
   double seconds = 0.0;  ///< 0: until a signal
-  bool dynamics = false;
+  bool dynamics = false, soak = false;
   bool list = false;
 };
 

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <regex>
+
 #include "touchstone/tests/support/program_test.hpp"
 
 // touchstone_station as a user runs it.
@@ -86,6 +88,19 @@ TEST_F(StationProgram, AReplayWritesTheRecordAndAnimationOfItsFlight) {
   EXPECT_NE(read(out + "/flight.csv").find("ssrms.tip_lee"), std::string::npos);
   EXPECT_NE(read(out + "/flight.gltf").find("ssrms.tip_lee"), std::string::npos);
   EXPECT_EQ(run("--poses " + out).code, 2);
+}
+
+TEST_F(StationProgram, SaysHowLongAFlightTookStageByStage) {
+  const Outcome flown = run("--port 0 --seconds 1 --soak");
+  ASSERT_EQ(flown.code, 0) << flown.err;
+  EXPECT_TRUE(std::regex_search(flown.out, std::regex("deadlines missed [0-9]+ of 50; a step: median")))
+      << flown.out;
+  std::smatch found;
+  ASSERT_TRUE(
+      std::regex_search(flown.out, found, std::regex("hands that were obeyed: ([0-9]+), above 150 ms")))
+      << flown.out;
+  EXPECT_GT(std::stoi(found[1]), 10);
+  EXPECT_NE(flown.out.find("no page drew what it flew\n"), std::string::npos) << flown.out;
 }
 
 TEST_F(StationProgram, OpensOnlyRecordsOfTheSceneThatIsNamed) {

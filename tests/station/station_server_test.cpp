@@ -13,6 +13,7 @@
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/station/messages/frame_message.hpp"
 #include "touchstone/examples/station/server/loop.hpp"
+#include "touchstone/examples/station/server/scripted_hand.hpp"
 #include "touchstone/examples/station/server/server.hpp"
 #include "touchstone/tests/station/station_scenes.hpp"
 #include "touchstone/tests/support/program_test.hpp"
@@ -70,6 +71,12 @@ class StationServer : public FolderTest {
     const auto end = Clock::now() + std::chrono::seconds(5);
     while (!condition() && Clock::now() < end) std::this_thread::sleep_for(std::chrono::milliseconds(2));
     return condition();
+  }
+
+  /// Of the hand, from where the scene has it. After end().
+  double distance_flown() const {
+    const std::uint32_t hand = scenes_[0]->hand_object();
+    return norm(session_->flight().ours().poses()[hand].p - scenes_[0]->setting.scene().objects[hand].X_WO.p);
   }
 
   const StationScenes scenes_;
@@ -464,6 +471,20 @@ TEST_F(StationServer, EndsWithClientsAndHalfRequestsOpen) {
   const auto before = Clock::now();
   end();
   EXPECT_LT(Clock::now() - before, std::chrono::seconds(5));
+}
+
+// ---- hands that are no page
+
+TEST_F(StationServer, AScriptedHandFliesAndIsTimed) {
+  start();
+  {
+    const ScriptedHand hand(*server_, 100.0);
+    EXPECT_TRUE(becomes([&] { return exchange_->figures.answer.count() > 50; }));
+  }
+  end();
+  EXPECT_GT(distance_flown(), 1e-3);
+  EXPECT_LT(exchange_->figures.answer.quantile_us(0.5), 20e3);  // a period is 5 ms
+  EXPECT_NE(figures_text(exchange_->figures, {}).find("hands that were obeyed: "), std::string::npos);
 }
 
 }  // namespace

@@ -195,6 +195,14 @@ TEST_F(FlownStation, AnArmWalksByThePagesKeys) {
   EXPECT_EQ(value("touchstoneStation.station.frame.methods[3].merged"), 0);
 }
 
+TEST_F(FlownStation, ASweepingHandIsTimedFromHandToPicture) {
+  const RunningStation station("grapple");
+  ASSERT_NE(station.address(), "");
+  browser_->open(station.address() + "?fly&sweep");
+  ASSERT_TRUE(becomes_true("touchstoneStation.latency.total > 10"));
+  EXPECT_GT(value("(async () => (await (await fetch('/latency.json')).json()).count)()").get<int>(), 5);
+}
+
 TEST_F(FlownStation, OpensARecordOnTheTimeLineAndGoesBackToTheLiveArm) {
   const std::string flight = (folder_ / "flight.jsonl").string(), poses = (folder_ / "poses").string();
   const std::string station_program = STATION;

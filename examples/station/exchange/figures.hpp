@@ -3,6 +3,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <string>
 
 namespace touchstone::station {
 
@@ -36,7 +37,8 @@ struct LoopFigures {
   std::atomic<std::uint64_t> missed{0};       ///< steps that ended after the next one was due
   std::atomic<std::uint64_t> allocations{0};  ///< in steps without a control
   std::atomic<std::uint64_t> not_judged{0}, not_recorded{0}, events_lost{0};
-  TimeHistogram step;  ///< input taken to frame handed on
+  TimeHistogram step;    ///< input taken to frame handed on
+  TimeHistogram answer;  ///< of each new input: received to poses decided
 };
 
 /// From a hand to the picture, stage by stage.
@@ -45,5 +47,11 @@ struct LatencyFigures {
   TimeHistogram input_to_drawn;  ///< by the browser's clock alone
   TimeHistogram difference;      ///< |sum of the stages - input_to_drawn|
 };
+
+/// A hand's picture is late after this: the paper's bound [us].
+inline constexpr double kLate = 150e3;
+
+/// Deadlines, and each stage from a hand to its picture, of a whole flight: lines to be said at its end.
+std::string figures_text(const LoopFigures& loop, const LatencyFigures& latency);
 
 }  // namespace touchstone::station

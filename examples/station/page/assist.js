@@ -28,3 +28,12 @@ export function steerAssist() {
   if (nearest && nearest.separation > 0.002) station.assistDirection = unit(subtract(nearest.pointOnB, nearest.pointOnA));
   parts.hand.assist = turn(conjugate(base), station.assistDirection);
 }
+
+// `?sweep`, for figures of long flights: a hand that sweeps in all directions until the page goes.
+export function sweep() {
+  const start = performance.now();
+  setInterval(() => {
+    const seconds = (performance.now() - start) / 1000;
+    parts.hand.assist = [11, 17, 23].map(period => Math.sin(2 * Math.PI * seconds / period));
+  }, 20);
+}

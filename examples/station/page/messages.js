@@ -7,7 +7,8 @@ import {showFailedCameras, showSelected} from './screens.js';
 import {openRecord} from './looking_back.js';
 import {showLive} from './shown.js';
 
-const spaceMouse = 0xfffffffe;  // as a pilot
+// Pilots that are no page.
+const pilots = {0xffffffff: 'datagrams fly', 0xfffffffe: 'the SpaceMouse flies', 0xfffffffd: 'a script flies'};
 
 function takeHello(hello) {
   live.hello = hello;
@@ -29,7 +30,6 @@ function takeScene(scene) {
   if (live.hello?.record) openRecord();
 }
 
-function takeState(state) {
 // Which ends of an arm that walks are held; by both it cannot move.
 function showHeld(held) {
   const scene = live.scene, name = ([tip, fixture]) => `${scene.tips[tip]?.name} is held by ${scene.objects[fixture]?.name}`;
@@ -37,6 +37,7 @@ function showHeld(held) {
     `Both ends are held: ${held.map(name).join(', ')}. N chooses one, H lets it go.`);
 }
 
+function takeState(state) {
   station.state = state;
   const press = (id, on) => get(id).setAttribute('aria-pressed', String(Boolean(on)));
   press('brakes', state.brakes);
@@ -45,14 +46,14 @@ function showHeld(held) {
   get('frame-of-command').value = state.frame_of_command;
   get('joint').value = String(state.joint ?? 0);
   get('tip').value = String(state.tip ?? 0);
-  get('jaws').hidden = !live.scene?.tips?.[state.tip ?? 0]?.jaws?.length;
   showHeld(state.held || []);
+  get('jaws').hidden = !live.scene?.tips?.[state.tip ?? 0]?.jaws?.length;
   get('dynamics').checked = Boolean(state.dynamics);
   get('dynamics').disabled = !live.scene?.dynamics;
   for (const node of [get('policy').querySelector('[value=push]'), get('fault-torque')]) node.disabled = !state.dynamics;
   if (state.policy) get('policy').value = state.policy;
   if (state.scene) get('scenes').value = state.scene;
-  say(get('pilot'), state.pilot === undefined || state.pilot === null || state.pilot < 0 ? '' : state.pilot === parts.link.client ? 'you fly' : state.pilot === spaceMouse ? 'the SpaceMouse flies' : `client ${state.pilot} flies`);
+  say(get('pilot'), !(state.pilot > 0) ? '' : state.pilot === parts.link.client ? 'you fly' : pilots[state.pilot] || `client ${state.pilot} flies`);
   const faults = state.faults || [];
   say(get('faults'), faults.length ? `Faults: ${faults.map(fault => [fault.kind, fault.joint !== undefined ? parts.panels.liveJoints[fault.joint]?.name : '', fault.share ?? fault.delay ?? ''].filter(part => part !== '').join(' ')).join('; ')}` : 'No faults.');
   live.faults = faults;

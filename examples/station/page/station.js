@@ -11,6 +11,7 @@ import {layScreens} from './screens.js';
 import {takes} from './messages.js';
 import {keys, command, setFrame} from './commands.js';
 import {sendHand} from './sending.js';
+import {sweep} from './assist.js';
 import {look, openFlight, saveFlight} from './looking_back.js';
 import {turnOfLoop} from './loop.js';
 
@@ -80,7 +81,9 @@ function start() {
   setInterval(sendHand, 15);
   let known = false;
   try { known = localStorage.getItem('touchstone-station-known') === 'yes'; localStorage.setItem('touchstone-station-known', 'yes'); } catch { /* private mode: shown again */ }
-  if (!known && !new URLSearchParams(location.search).has('fly')) get('help').showModal();
+  const asked = new URLSearchParams(location.search);
+  if (!known && !asked.has('fly')) get('help').showModal();
+  if (asked.has('sweep')) sweep();
 }
 
 // For tests and for the curious: everything at hand in the console.

@@ -80,7 +80,6 @@ void StationLoop::push_state(bool changed) {
       state.latched[state.latched_count++] = {formation.carrier[i], i};
     if (!formation.is_on[i] && state.off_count < StateMessage::kMost) state.off[state.off_count++] = i;
   }
-  exchange_.states.push();
   // Where the arm stands, which an arm that walks changes.
   const Stance& stance = flight.stance();
   state.held_count = 0;
@@ -90,6 +89,7 @@ void StationLoop::push_state(bool changed) {
     const Quaternion q = quaternion_of(stance.arm()->X_WB.R);
     state.base = {q.v.x(), q.v.y(), q.v.z(), q.w};
   }
+  exchange_.states.push();
 }
 
 void StationLoop::take_controls() {
@@ -161,6 +161,10 @@ void StationLoop::step() {
   facts.has_input = facts.input.client != 0;
   session_.step(hand);
   facts.decided_us = station_us();
+  if (facts.has_input && !(facts.input.client == obeyed_.client && facts.input.number == obeyed_.number)) {
+    exchange_.figures.answer.add(facts.decided_us - facts.input.received_us);
+    obeyed_ = facts.input;
+  }
   judge_.offer(session_);
   LoopFigures& figures = exchange_.figures;
   facts.missed = figures.missed.load(std::memory_order_relaxed);

@@ -38,6 +38,7 @@ class StationLoop {
   MergeJudge& judge_;
   Recorder* recorder_;
   HandInput in_force_;
+  InputStamp obeyed_;  // the newest
   bool was_blocked_ = false;
   SolidPair blocked_by_{0, 0};
 };

@@ -39,7 +39,6 @@ constexpr const char* kPolicy =
 /// A datagram of hands; see protocol.md.
 constexpr std::uint32_t kDatagramMagic = 0x31555354;  // "TSU1"
 constexpr std::size_t kDatagramBytes = 64;
-constexpr std::uint32_t kDatagramClient = 0xffffffff;
 
 Response answer(const Request& request, http::status status, std::string_view type, std::string body) {
   Response response(status, request.version());
@@ -394,6 +393,12 @@ Server::~Server() {
              [state = state_.get()] { asio::post(state->context, [state] { state->context.stop(); }); });
   state_->thread.join();
   state_->host.clients.clear();
+}
+
+void Server::fly(std::uint32_t client, std::uint32_t number, const HandInput& hand) {
+  HandMessage message{hand, {client, number, kNaN, station_us()}};
+  asio::post(state_->context,
+             [state = state_.get(), message] { state->host.take_hand(message.stamp.client, message); });
 }
 
 std::uint16_t Server::port() const { return state_->acceptor.local_endpoint().port(); }

@@ -22,6 +22,10 @@ struct ServerSettings {
   std::size_t most_message = 65536;   ///< bytes of a message from a page
 };
 
+/// Pilots that are no page; pages count from 1.
+inline constexpr std::uint32_t kDatagramClient = 0xffffffff, kSpaceMouseClient = 0xfffffffe,
+                               kScriptClient = 0xfffffffd;
+
 /// Counts of the server's work so far. Any thread.
 struct ServerFigures {
   std::atomic<std::uint64_t> accepted{0}, refused{0};  ///< sockets; requests that were turned away
@@ -42,6 +46,9 @@ class Server {
   Server(const ServerSettings& settings, Exchange& exchange, const StationScenes& scenes, std::size_t scene,
          double rate, const Recorder* recorder);
   ~Server();  ///< closes all sockets
+
+  /// What the hand of a pilot holds that is no page. Any thread.
+  void fly(std::uint32_t client, std::uint32_t number, const HandInput& hand);
 
   std::uint16_t port() const;
   std::uint16_t udp_port() const;
