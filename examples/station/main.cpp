@@ -20,6 +20,7 @@
 #include "touchstone/examples/station/server/loop.hpp"
 #include "touchstone/examples/station/server/scripted_hand.hpp"
 #include "touchstone/examples/station/server/server.hpp"
+#include "touchstone/examples/station/server/space_mouse.hpp"
 
 namespace {
 
@@ -203,6 +204,8 @@ int fly(StationOptions options, const fs::path& folder) {
   Clerk clerk(judge, recorder);
   StationLoop loop(session, exchange, judge, &recorder);
   print_address(options, server);
+  const SpaceMouse mouse(server, options.space_mouse);
+  comparison::print_now(mouse.text() + "\n");
   std::optional<ScriptedHand> hand;
   if (options.soak) hand.emplace(server, options.rate);
 

@@ -10,7 +10,7 @@ namespace {
 
 void refuse_with_replay(const CLI::App& app) {
   for (const char* option : {"--rate", "--methods", "--dynamics", "--record", "--seconds", "--port", "--bind",
-                             "--token", "--udp", "--page", "--open", "--soak"})
+                             "--token", "--udp", "--page", "--open", "--soak", "--space-mouse"})
     if (app.count(option) > 0)
       throw InputError(std::string(option) + " is not of a --replay: the recording says how it was flown");
 }
@@ -46,6 +46,7 @@ std::optional<StationOptions> parse_station_options(int argc, const char* const*
   app.add_option("--cigi", out.outputs.cigi, "with --replay: HOST:PORT of an image generator, in real time");
   app.add_option("--seconds", out.seconds, "end after so long")->check(CLI::NonNegativeNumber);
   app.add_flag("--soak", out.soak, "a scripted hand flies, for the figures of a long flight; with --seconds");
+  app.add_option("--space-mouse", out.space_mouse, "socket of spacenav's daemon, instead of the usual one");
   app.add_option("--port", out.server.port, "of the page; 0: any")->capture_default_str();
   app.add_option("--bind", out.server.bind, "address; beyond loopback a token is asked for")
       ->capture_default_str();

@@ -18,6 +18,7 @@ struct StationOptions {
   std::uint32_t methods = kAllMethods;
   double seconds = 0.0;  ///< 0: until a signal
   bool dynamics = false, soak = false;
+  std::filesystem::path space_mouse;  ///< spacenav's socket; empty: where it usually is
   bool list = false;
 };
 

@@ -2,6 +2,8 @@
 
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/ip/udp.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
+#include <boost/asio/write.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
@@ -15,6 +17,7 @@
 #include "touchstone/examples/station/server/loop.hpp"
 #include "touchstone/examples/station/server/scripted_hand.hpp"
 #include "touchstone/examples/station/server/server.hpp"
+#include "touchstone/examples/station/server/space_mouse.hpp"
 #include "touchstone/tests/station/station_scenes.hpp"
 #include "touchstone/tests/support/program_test.hpp"
 
@@ -485,6 +488,58 @@ TEST_F(StationServer, AScriptedHandFliesAndIsTimed) {
   EXPECT_GT(distance_flown(), 1e-3);
   EXPECT_LT(exchange_->figures.answer.quantile_us(0.5), 20e3);  // a period is 5 ms
   EXPECT_NE(figures_text(exchange_->figures, {}).find("hands that were obeyed: "), std::string::npos);
+}
+
+TEST(StationSpaceMouse, ItsAxesBecomeTheHands) {
+  HandInput hand;
+  ASSERT_TRUE(take_space_event({0, 35, 70, -175, 1000, 35, -70, 16}, hand));
+  EXPECT_EQ(hand.translation, Vector3(0.5, -0.1, 0.2));
+  EXPECT_EQ(hand.rotation, Vector3(0.2, -1.0, 0.1));
+  const HandInput before = hand;
+  EXPECT_FALSE(take_space_event({1, 3, 0, 0, 0, 0, 0, 0}, hand)) << "a button";
+  EXPECT_TRUE(hand == before);
+}
+
+/// Spacenav's daemon, as far as a client sees it.
+class Daemon {
+ public:
+  explicit Daemon(const std::filesystem::path& path)
+      : acceptor_(context_, {path.string()}), socket_(context_) {}
+  void accept() { acceptor_.accept(socket_); }
+  void send(const SpaceEvent& event, std::size_t first = 0, std::size_t last = sizeof(SpaceEvent)) {
+    asio::write(socket_, asio::buffer(reinterpret_cast<const char*>(event.data()) + first, last - first));
+  }
+  void end() { socket_.close(); }
+
+ private:
+  asio::io_context context_;
+  asio::local::stream_protocol::acceptor acceptor_;
+  asio::local::stream_protocol::socket socket_;
+};
+
+TEST_F(StationServer, ASpaceMouseFliesUntilItsDaemonEnds) {
+  start();
+  Daemon daemon(folder_ / "spnav.sock");
+  const SpaceMouse mouse(*server_, folder_ / "spnav.sock");
+  EXPECT_TRUE(mouse.is_there()) << mouse.text();
+  daemon.accept();
+  // An event that comes in two parts is one event.
+  daemon.send({0, 0, 0, -175, 0, 0, 0, 16}, 0, 10);
+  daemon.send({0, 0, 0, -175, 0, 0, 0, 16}, 10);
+  EXPECT_TRUE(becomes([&] { return exchange_->figures.answer.count() > 5; })) << "held, and said again";
+  daemon.end();
+  const std::uint64_t hands = exchange_->figures.answer.count();
+  EXPECT_TRUE(becomes([&] { return exchange_->figures.answer.count() > hands; })) << "let go";
+  end();
+  EXPECT_GT(distance_flown(), 1e-3);
+}
+
+TEST_F(StationServer, AMissingSpaceMouseIsSaid) {
+  start();
+  const SpaceMouse mouse(*server_, folder_ / "none.sock");
+  EXPECT_FALSE(mouse.is_there());
+  EXPECT_EQ(mouse.text(),
+            "no SpaceMouse: spacenav's " + (folder_ / "none.sock").string() + ": No such file or directory");
 }
 
 }  // namespace
