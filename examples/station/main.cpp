@@ -159,10 +159,12 @@ class Clerk {
   std::thread thread_;
 };
 
-/// Lines that a flight ends with.
-std::string end_of(const Session& session, const Exchange& exchange, const Server& server) {
+/// Lines that a flight ends with. Outputs end in here, once: under hold_interrupts(), or by the answer to a
+/// signal, so that none of the two waits for the other.
+std::string end_of(const Session& session, const Exchange& exchange, const Server& server,
+                   LiveOutputs& outputs) {
   return fmt::format("frames {}, hash {}\n", session.frame(), hash_text(session.hash())) +
-         figures_text(exchange.figures, server.latency());
+         figures_text(exchange.figures, server.latency()) + outputs.end();
 }
 
 /// Until its end or a signal, after which the recording has its end.
@@ -171,6 +173,11 @@ void run_loop(StationLoop& loop, const StationOptions& options, const std::atomi
   comparison::print_now(is_first ? "" : "the loop runs at ordinary priority: a busy machine makes it late\n");
   // At least one frame of however little: 0 would be without end.
   loop.run(stop, static_cast<std::uint64_t>(std::ceil(options.seconds * options.rate)));
+}
+
+/// Of the files of a live flight.
+std::string name_of(const StationOptions& options, const StationScene& scene) {
+  return options.record.empty() ? scene.name : options.record.stem().string();
 }
 
 void print_address(const StationOptions& options, const Server& server) {
@@ -199,10 +206,12 @@ int fly(StationOptions options, const fs::path& folder) {
                              options.dynamics,
                              scenes[scene]->file.string(),
                              scenes[scene]->files});
+  options.outputs.patience = std::chrono::milliseconds(300);  // a signal ends it all within a second
+  LiveOutputs outputs(options.outputs, session, name_of(options, *scenes[scene]));
   Server server(options.server, exchange, scenes, scene, options.rate, &recorder);
   if (!options.record.empty()) recorder.open(options.record);
   Clerk clerk(judge, recorder);
-  StationLoop loop(session, exchange, judge, &recorder);
+  StationLoop loop(session, exchange, judge, &recorder, &outputs);
   print_address(options, server);
   const SpaceMouse mouse(server, options.space_mouse);
   comparison::print_now(mouse.text() + "\n");
@@ -210,18 +219,24 @@ int fly(StationOptions options, const fs::path& folder) {
   if (options.soak) hand.emplace(server, options.rate);
 
   std::atomic<bool> stop{false}, ended{false};
-  // A signal lets the frame end, so that the recording gets its end.
+  // A signal lets the frame end, so that the recording gets its end, and the outputs theirs.
   const comparison::OnInterrupt on_interrupt([&] {
     stop = true;
     while (!ended) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    return end_of(session, exchange, server);
+    return end_of(session, exchange, server, outputs) +
+           (outputs.has_animation() ? "gltf: not written for the signal; --replay of a --record writes it"
+                                    : "");
   });
   run_loop(loop, options, stop);
   clerk.end();
   recorder.end(session.frame(), session.hash());
   ended = true;
-  comparison::stop_if_interrupted();
-  comparison::print_now(end_of(session, exchange, server));
+  {
+    const auto hold = comparison::hold_interrupts();
+    comparison::stop_if_interrupted();
+    comparison::print_now(end_of(session, exchange, server, outputs));
+  }
+  comparison::print_now(outputs.write_animation());
   return 0;
 }
 

@@ -41,9 +41,11 @@ std::optional<StationOptions> parse_station_options(int argc, const char* const*
       "--open", out.open, "a record (training_run, --poses) or series (dynamics_run) that the page opens");
   app.add_option("--of", out.open_scene, "with --open: the script or scene file that was run")->needs(open);
   app.add_option("--poses", out.outputs.records,
-                 "with --replay: folder for a record of all poses and events of ours (CSV)");
-  app.add_option("--gltf", out.outputs.animations, "with --poses: folder for an animation");
-  app.add_option("--cigi", out.outputs.cigi, "with --replay: HOST:PORT of an image generator, in real time");
+                 "folder for a record of all poses and events of ours (CSV), live or of a --replay");
+  app.add_option("--gltf", out.outputs.animations,
+                 "with --poses: folder for an animation, written at the end");
+  app.add_option("--cigi", out.outputs.cigi,
+                 "HOST:PORT of an image generator, live or of a --replay in real time");
   app.add_option("--seconds", out.seconds, "end after so long")->check(CLI::NonNegativeNumber);
   app.add_flag("--soak", out.soak, "a scripted hand flies, for the figures of a long flight; with --seconds");
   app.add_option("--space-mouse", out.space_mouse, "socket of spacenav's daemon, instead of the usual one");
@@ -66,9 +68,6 @@ std::optional<StationOptions> parse_station_options(int argc, const char* const*
     for (const unsigned method : methods) out.methods |= 1U << method;
   }
   if (!out.replay.empty()) refuse_with_replay(app);
-  const bool has_outputs =
-      !out.outputs.records.empty() || !out.outputs.animations.empty() || !out.outputs.cigi.empty();
-  if (has_outputs && out.replay.empty()) throw InputError("--poses, --gltf and --cigi are of a --replay");
   if (std::filesystem::path(out.scene).extension() == ".yaml") {
     out.scripts.emplace_back(out.scene);
     out.scene = out.scripts.back().stem().string();

@@ -14,7 +14,7 @@ struct StationOptions {
   double rate = 50.0;                          ///< [Hz]
   std::filesystem::path record, replay;
   std::filesystem::path open, open_scene;  ///< a record that the page opens, and what was run; empty: none
-  training::OutputOptions outputs;         ///< of a replay
+  training::OutputOptions outputs;         ///< live, or of a replay
   std::uint32_t methods = kAllMethods;
   double seconds = 0.0;  ///< 0: until a signal
   bool dynamics = false, soak = false;

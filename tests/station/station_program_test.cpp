@@ -1,5 +1,10 @@
+#include <arpa/inet.h>
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
 
+#include <array>
 #include <regex>
 
 #include "touchstone/tests/support/program_test.hpp"
@@ -87,7 +92,89 @@ TEST_F(StationProgram, AReplayWritesTheRecordAndAnimationOfItsFlight) {
   EXPECT_NE(replayed.out.find("11 of 11 frames delivered"), std::string::npos) << replayed.out;
   EXPECT_NE(read(out + "/flight.csv").find("ssrms.tip_lee"), std::string::npos);
   EXPECT_NE(read(out + "/flight.gltf").find("ssrms.tip_lee"), std::string::npos);
-  EXPECT_EQ(run("--poses " + out).code, 2);
+}
+
+/// A port on this machine that counts the datagrams that come to it.
+class Receiver {
+ public:
+  Receiver() : socket_(socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK, 0)) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t size = sizeof(address);
+    EXPECT_EQ(bind(socket_, reinterpret_cast<sockaddr*>(&address), size), 0);
+    EXPECT_EQ(getsockname(socket_, reinterpret_cast<sockaddr*>(&address), &size), 0);
+    port_ = std::to_string(ntohs(address.sin_port));
+  }
+  ~Receiver() { close(socket_); }
+  std::string address() const { return "127.0.0.1:" + port_; }
+  int count() const {
+    std::array<char, 2048> bytes{};
+    int datagrams = 0;
+    while (recv(socket_, bytes.data(), bytes.size(), 0) > 0) ++datagrams;
+    return datagrams;
+  }
+
+ private:
+  int socket_;
+  std::string port_;
+};
+
+TEST_F(StationProgram, ALiveFlightIsShownAsItsReplayIs) {
+  const std::string file = (folder_ / "flight.jsonl").string(), live = (folder_ / "live").string(),
+                    later = (folder_ / "later").string();
+  const Receiver receiver;
+  const Outcome flown = run("--port 0 --seconds 0.5 --soak --scene grapple --record " + file + " --poses " +
+                            live + " --gltf " + live + " --cigi " + receiver.address());
+  ASSERT_EQ(flown.code, 0) << flown.err;
+  EXPECT_NE(flown.out.find("record: 26 of 26 frames delivered, 0 dropped\n"), std::string::npos) << flown.out;
+  EXPECT_NE(flown.out.find("cigi " + receiver.address() + ": 26 of 26 frames delivered, 0 dropped\n"),
+            std::string::npos)
+      << flown.out;
+  EXPECT_EQ(receiver.count(), 26);
+  ASSERT_EQ(run("--replay " + file + " --poses " + later + " --gltf " + later).code, 0);
+  const std::string record = read(live + "/flight.csv");
+  EXPECT_NE(record.find("ssrms.tip_lee"), std::string::npos);
+  EXPECT_EQ(record, read(later + "/flight.csv"));
+  EXPECT_EQ(read(live + "/flight.gltf"), read(later + "/flight.gltf"));
+}
+
+TEST_F(StationProgram, ASignalEndsAFlightWithOutputsWithinASecond) {
+  const std::string file = (folder_ / "flight.jsonl").string(), live = (folder_ / "live").string();
+  const Receiver receiver;
+  const auto [outcome, seconds] = run_until("--port 0 --soak --scene grapple --record " + file + " --poses " +
+                                                live + " --gltf " + live + " --cigi " + receiver.address(),
+                                            std::chrono::milliseconds(1500), SIGINT);
+  EXPECT_EQ(outcome.code, 130) << outcome.err;
+  EXPECT_LT(seconds, 1.0);
+  EXPECT_NE(outcome.err.find("frames delivered, 0 dropped\ncigi "), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("gltf: not written"), std::string::npos) << outcome.err;
+  EXPECT_GT(receiver.count(), 10);
+  EXPECT_FALSE(std::filesystem::exists(live + "/flight.gltf"));
+  // The record is whole: its end names as many frames as were delivered.
+  const std::string later = (folder_ / "later").string();
+  ASSERT_EQ(run("--replay " + file + " --poses " + later).code, 0);
+  EXPECT_EQ(read(live + "/flight.csv"), read(later + "/flight.csv"));
+}
+
+TEST_F(StationProgram, APipeThatNobodyReadsLosesFramesAndHoldsUpNothing) {
+  const std::filesystem::path live = folder_ / "live", pipe = live / "grapple.csv";
+  std::filesystem::create_directory(live);
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  const int reader = open(pipe.c_str(), O_RDONLY | O_NONBLOCK);
+  const auto [outcome, seconds] =
+      run_until("--port 0 --rate 1000 --methods 3 --scene grapple --poses " + live.string(),
+                std::chrono::milliseconds(4000), SIGINT);
+  close(reader);
+  EXPECT_EQ(outcome.code, 130) << outcome.err;
+  EXPECT_LT(seconds, 1.0);
+  std::smatch found;
+  const std::regex line("record: ([0-9]+) of ([0-9]+) frames delivered, ([0-9]+) dropped");
+  ASSERT_TRUE(std::regex_search(outcome.err, found, line)) << outcome.err;
+  const int offered = std::stoi(found[2]), dropped = std::stoi(found[3]);
+  EXPECT_EQ(std::stoi(found[1]) + dropped, offered);
+  EXPECT_GT(dropped, 0);
+  EXPECT_GT(offered, 500) << "the loop waited";
 }
 
 TEST_F(StationProgram, SaysHowLongAFlightTookStageByStage) {

@@ -37,8 +37,9 @@ StationEvent::Kind kind_of(const Control& control, const ControlAnswer& answer) 
 
 }  // namespace
 
-StationLoop::StationLoop(Session& session, Exchange& exchange, MergeJudge& judge, Recorder* recorder)
-    : session_(session), exchange_(exchange), judge_(judge), recorder_(recorder) {
+StationLoop::StationLoop(Session& session, Exchange& exchange, MergeJudge& judge, Recorder* recorder,
+                         LiveOutputs* outputs)
+    : session_(session), exchange_(exchange), judge_(judge), recorder_(recorder), outputs_(outputs) {
   push_state(true);
 }
 
@@ -170,6 +171,7 @@ void StationLoop::step() {
   facts.missed = figures.missed.load(std::memory_order_relaxed);
   write_frame(session_, judge_.take(), facts, exchange_.frame.back());
   exchange_.frame.publish();
+  if (outputs_ != nullptr) outputs_->send(session_);
   tell_contacts();
   // Five times a second, for the score and the path flown.
   const auto between = static_cast<std::uint64_t>(session_.flight().rate() / 5.0);

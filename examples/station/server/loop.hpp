@@ -3,6 +3,7 @@
 #include <atomic>
 
 #include "touchstone/examples/station/exchange/exchange_parts.hpp"
+#include "touchstone/examples/station/exchange/live_outputs.hpp"
 #include "touchstone/examples/station/exchange/merge_judge.hpp"
 #include "touchstone/examples/station/exchange/recording.hpp"
 
@@ -15,8 +16,9 @@ inline constexpr double kLetGoAfter = 500e3;
 /// allocate nothing but what Figure 2's method does.
 class StationLoop {
  public:
-  /// Keeps references; `recorder` may be null.
-  StationLoop(Session& session, Exchange& exchange, MergeJudge& judge, Recorder* recorder);
+  /// Keeps references; `recorder` and `outputs` may be null.
+  StationLoop(Session& session, Exchange& exchange, MergeJudge& judge, Recorder* recorder,
+              LiveOutputs* outputs = nullptr);
 
   /// One frame now.
   void step();
@@ -37,6 +39,7 @@ class StationLoop {
   Exchange& exchange_;
   MergeJudge& judge_;
   Recorder* recorder_;
+  LiveOutputs* outputs_;
   HandInput in_force_;
   InputStamp obeyed_;  // the newest
   bool was_blocked_ = false;

@@ -74,10 +74,11 @@ std::vector<std::string> with_extension(std::vector<std::string> names, const ch
 #ifdef TOUCHSTONE_HAS_RECORDER
 /// A flight is faster than its clock: room for all of its frames, and for two events a pair and frame.
 /// 168 bytes each, at most 88 MB; what finds no room is counted.
-RecorderOptions recorder_options(const Setting& setting) {
+RecorderOptions recorder_options(const Setting& setting, std::chrono::milliseconds patience) {
   constexpr std::size_t kMostRows = std::size_t{1} << 19;
   const std::size_t frames = setting.frame_count() + 1;
   RecorderOptions options;
+  options.patience = patience;
   options.rows = std::min(kMostRows, frames * (1 + setting.object_count() + 4 * setting.pairs().size()));
   return options;
 }
@@ -117,7 +118,7 @@ struct FlightOutputs::State {
   std::optional<comparison::StreamedFile> record_file;
   std::string record;                            // a copy of its path, as it stays; empty: none
   std::string animation_folder, animation_name;  // empty: none
-  bool is_shown = false;
+  bool is_shown = false, has_ended = false;
   std::vector<std::string> names;
   std::vector<std::unique_ptr<FrameOutput>> outputs;
   std::vector<FrameOutput*> receivers;
@@ -155,8 +156,8 @@ FlightOutputs::FlightOutputs(const OutputOptions& options, const Setting& settin
   if (!options.records.empty()) {
     state_->record = (fs::path(options.records) / (name + ".csv")).string();
     state_->record_file.emplace(options.records, name + ".csv");
-    state_->add("record",
-                std::make_unique<Recorder>(state_->record_file->path().string(), recorder_options(setting)));
+    state_->add("record", std::make_unique<Recorder>(state_->record_file->path().string(),
+                                                     recorder_options(setting, options.patience)));
   }
 #endif
   // An animation is written when the flight is over.
@@ -185,9 +186,11 @@ FlightOutputs::~FlightOutputs() = default;
 std::span<FrameOutput* const> FlightOutputs::receivers() const { return state_->receivers; }
 bool FlightOutputs::is_in_real_time() const { return state_->is_shown; }
 
-std::vector<OutputFigures> FlightOutputs::close() {
+std::vector<OutputFigures> FlightOutputs::end() {
   State& s = *state_;
   std::vector<OutputFigures> figures;
+  if (s.has_ended) return figures;
+  s.has_ended = true;
   for (std::size_t i = 0; i < s.outputs.size(); ++i) {
 #ifdef TOUCHSTONE_HAS_RECORDER
     if (auto* recorder = dynamic_cast<Recorder*>(s.outputs[i].get())) recorder->close();
@@ -195,7 +198,18 @@ std::vector<OutputFigures> FlightOutputs::close() {
     figures.push_back({s.names[i], s.outputs[i]->status(), ""});
   }
   if (s.record_file) figures.front().error = s.record_file->keep();
-  if (!s.animation_name.empty()) figures.push_back({"gltf", {}, s.write_animation()});
+  return figures;
+}
+
+std::vector<OutputFigures> FlightOutputs::write_animation() {
+  std::vector<OutputFigures> figures;
+  if (!state_->animation_name.empty()) figures.push_back({"gltf", {}, state_->write_animation()});
+  return figures;
+}
+
+std::vector<OutputFigures> FlightOutputs::close() {
+  std::vector<OutputFigures> figures = end();
+  for (OutputFigures& animation : write_animation()) figures.push_back(std::move(animation));
   return figures;
 }
 

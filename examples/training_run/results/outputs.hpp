@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <memory>
 #include <span>
 #include <string>
@@ -15,6 +16,8 @@ struct OutputOptions {
   std::string records{};     ///< folder: a record (adapters/recorder) of every flight
   std::string animations{};  ///< folder: glTF of every flight, from its record
   std::string cigi{};        ///< HOST:PORT of an image generator
+  /// How long the end of a record waits for who takes nothing (a pipe that nobody reads).
+  std::chrono::milliseconds patience{1000};
 };
 
 /// @param flights whose files are to come: names without extension.
@@ -42,7 +45,11 @@ class FlightOutputs {
 
   std::span<FrameOutput* const> receivers() const;
   bool is_in_real_time() const;
-  /// Ends the record, then writes the animation.
+  /// Ends the record: one of each receiver. Later calls do nothing.
+  std::vector<OutputFigures> end();
+  /// After end(): from the record, which may take long. One where there is an animation, else none.
+  std::vector<OutputFigures> write_animation();
+  /// Both.
   std::vector<OutputFigures> close();
 
  private:
