@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "touchstone/examples/measures/allocations.hpp"
+#include "touchstone/examples/measures/common/allocations.hpp"
 #include "touchstone/tests/station/pilot.hpp"
 
 // The scenes with jaws, two arms and rails, flown with forces: tasks are done within their limits of force,

@@ -6,7 +6,7 @@
 
 #include "touchstone/examples/station/flight/session.hpp"
 #include "touchstone/examples/station/flight/shown_flight.hpp"
-#include "touchstone/examples/training_run/outputs.hpp"
+#include "touchstone/examples/training_run/results/outputs.hpp"
 
 namespace touchstone::station {
 
