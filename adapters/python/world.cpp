@@ -1,12 +1,10 @@
-#include "touchstone/contact_core/world/contact_world.hpp"
+#include "touchstone/adapters/python/world.hpp"
 
 #include <pybind11/stl.h>
 
 #include "touchstone/adapters/python/arrays.hpp"
-#include "touchstone/adapters/python/bindings.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/contact_core/registry.hpp"
 
 namespace touchstone::python {
 namespace {
@@ -22,74 +20,8 @@ Enum named(const std::string& name, const char* what, std::initializer_list<Enum
   reject(what, "'" + name + "' is none of " + known);
 }
 
-std::uint64_t number_of(ObjectHandle object) {
-  return static_cast<std::uint64_t>(object.generation) << 32U | object.slot;
-}
 ObjectHandle object_of(std::uint64_t number) {
   return {static_cast<std::uint32_t>(number & 0xffffffffU), static_cast<std::uint32_t>(number >> 32U)};
-}
-
-/// A row of the array that Python gets: no C++ object's own layout.
-struct EventRow {
-  std::uint64_t a, b;
-  std::uint32_t solid_a, solid_b, part;
-  EventKind kind;
-  double s, separation;
-  std::array<double, 3> n_AB_W, p_A_W, p_B_W;
-  double separation_at_end;
-};
-
-std::array<double, 3> array3(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
-
-EventRow row_of(const ContactEvent& event) {
-  const PairGeometry& at = event.geometry;
-  return {number_of(event.a), number_of(event.b), event.solids.a,   event.solids.b,
-          event.part,         event.kind,         event.s,          at.separation,
-          array3(at.n_AB_W),  array3(at.p_A_W),   array3(at.p_B_W), event.geometry_at_end.separation};
-}
-
-const py::dtype& event_dtype() {
-  static const auto* const dtype =
-      new py::dtype(record_dtype({{"kind", "u1", offsetof(EventRow, kind)},
-                                  {"a", "u8", offsetof(EventRow, a)},
-                                  {"b", "u8", offsetof(EventRow, b)},
-                                  {"solid_a", "u4", offsetof(EventRow, solid_a)},
-                                  {"solid_b", "u4", offsetof(EventRow, solid_b)},
-                                  {"part", "u4", offsetof(EventRow, part)},
-                                  {"s", "f8", offsetof(EventRow, s)},
-                                  {"separation", "f8", offsetof(EventRow, separation)},
-                                  {"n_AB_W", "(3,)f8", offsetof(EventRow, n_AB_W)},
-                                  {"p_A_W", "(3,)f8", offsetof(EventRow, p_A_W)},
-                                  {"p_B_W", "(3,)f8", offsetof(EventRow, p_B_W)},
-                                  {"separation_at_end", "f8", offsetof(EventRow, separation_at_end)}},
-                                 sizeof(EventRow)));
-  return *dtype;
-}
-
-/// A frame's report, kept: its own arrays.
-struct Report {
-  std::uint64_t frame, queries, slide_pairs;
-  std::uint32_t blocked_movers, candidate_pairs, iteration_limits, slide_steps;
-  std::uint32_t refused_selections, cut_off;
-  bool is_proven;
-  std::vector<EventRow> events;
-};
-
-Report kept(const FrameReport& of) {
-  Report made{of.frame,
-              of.queries,
-              of.slide_pairs,
-              of.blocked_movers,
-              of.candidate_pairs,
-              of.iteration_limits,
-              of.slide_steps,
-              static_cast<std::uint32_t>(of.refused_selections.size()),
-              static_cast<std::uint32_t>(of.cut_off.size()),
-              of.check == MotionCheck::proven,
-              {}};
-  made.events.reserve(of.events.size());
-  for (const ContactEvent& event : of.events) made.events.push_back(row_of(event));
-  return made;
 }
 
 PairRule rule(const std::optional<std::string>& policy, std::optional<double> warn_distance,
@@ -104,36 +36,6 @@ PairRule rule(const std::optional<std::string>& policy, std::optional<double> wa
   if (passive) made.passive = named(*passive, "passive", {Passive::stays, Passive::shoved, Passive::carried});
   return made;
 }
-
-/// A world, and whether a thread is in a frame of it without Python's lock.
-class GuardedWorld {
- public:
-  GuardedWorld(const std::string& narrowphase, const std::string& broadphase, double gap)
-      : world_(backends().make_narrowphase(narrowphase), backends().make_broadphase(broadphase), gap) {}
-
-  ContactWorld& get() {
-    if (is_busy_) throw std::runtime_error("world: is in use by another thread");
-    return world_;
-  }
-  /// For select() alone, which any thread may call at any time.
-  ContactWorld& unguarded() { return world_; }
-
-  template <class Body>
-  auto without_lock(Body&& body) {
-    ContactWorld& world = get();
-    is_busy_ = true;
-    struct Idle {
-      bool& is_busy;
-      ~Idle() { is_busy = false; }
-    } const idle{is_busy_};  // after the lock is back
-    const py::gil_scoped_release unlocked;
-    return body(world);
-  }
-
- private:
-  ContactWorld world_;
-  bool is_busy_ = false;
-};
 
 std::vector<MotionCommand> commands_of(ContactWorld& world, const py::dict& poses, const py::dict& moves) {
   std::vector<MotionCommand> made;
@@ -315,31 +217,6 @@ void bind_handles(py::module_& module) {
       });
 }
 
-void bind_report(py::module_& module) {
-  py::class_<Report>(module, "FrameReport", "How a frame went; counts are of this frame.")
-      .def_property_readonly(
-          "events",
-          [](const py::object& self) {
-            const auto& rows = self.cast<const Report&>().events;
-            return view(event_dtype(), {static_cast<py::ssize_t>(rows.size())}, rows.data(), self, true);
-          },
-          "(k,) records: kind (touchstone.EventKind), a and b (int(object)), solid_a, solid_b, part, s, "
-          "separation "
-          "[m], n_AB_W, p_A_W, p_B_W (3,), separation_at_end [m].")
-      .def_readonly("frame", &Report::frame)
-      .def_readonly("blocked_movers", &Report::blocked_movers)
-      .def_readonly("candidate_pairs", &Report::candidate_pairs)
-      .def_readonly("queries", &Report::queries)
-      .def_readonly("iteration_limits", &Report::iteration_limits)
-      .def_readonly("slide_steps", &Report::slide_steps)
-      .def_readonly("slide_pairs", &Report::slide_pairs)
-      .def_readonly("refused_selections", &Report::refused_selections)
-      .def_readonly("cut_off", &Report::cut_off)
-      .def_readonly("is_proven", &Report::is_proven, "False: checked at sampled poses only.");
-}
-
-using WorldClass = py::class_<GuardedWorld>;
-
 void bind_objects(WorldClass& world) {
   world
       .def(
@@ -497,6 +374,7 @@ void bind_world(py::module_& module) {
   bind_mechanism(module);
   bind_handles(module);
   bind_report(module);
+  bind_hands(module);
   WorldClass world(
       module, "World",
       "Objects and mechanisms, moved frame by frame as far as no pair gets closer than the gap allows. "
@@ -515,12 +393,12 @@ void bind_world(py::module_& module) {
       .def(
           "reset", [](GuardedWorld& self) { self.get().reset(); },
           "Initial poses, no latches, everything selected.")
-      .def("set_threads", [](GuardedWorld& self, std::size_t count) { self.get().set_threads(count); })
       .def_property_readonly("gap", [](GuardedWorld& self) { return self.get().gap(); });
   bind_objects(world);
   bind_mechanisms_of(world);
   bind_rules(world);
   bind_pairs_of(world);
+  bind_hands_of(world);
 }
 
 }  // namespace touchstone::python

@@ -200,7 +200,46 @@ class FrameReport:
     @property
     def cut_off(self) -> int: ...
     @property
+    def cut_off_movers(self) -> NDArray[np.uint64]: ...  # (k,) int(object)
+    @property
+    def felt(self) -> NDArray[np.void]: ...  # (k,) object, p_W, lag_W [m], turn_lag_W [rad], force_W [N], moment_W [N m]
+    @property
     def is_proven(self) -> bool: ...
+
+class HandStiffness:
+    """How stiffly a hand holds a rigid object: springs on its tool frame T."""
+
+    def __init__(self, translation: Optional[ArrayLike] = None, turning: Optional[ArrayLike] = None,
+                 X_OT: Pose = None) -> None: ...  # (3,) [N/m], (3,) [N m/rad]; None: 500 each, at the centre of mass
+    @property
+    def translation(self) -> Floats: ...  # (3,) [N/m]
+    @property
+    def turning(self) -> Floats: ...  # (3,) [N m/rad]
+    @property
+    def X_OT(self) -> Optional[Floats]: ...  # (4, 4)
+
+class ArmHandStiffness:
+    """How stiffly a hand holds a mechanism: springs on a tool frame T of a link, and on the joints."""
+
+    def __init__(self, link: str, X_LT: Pose = None, translation: Optional[ArrayLike] = None,
+                 turning: Optional[ArrayLike] = None, joints: Optional[ArrayLike] = None) -> None: ...
+    @property
+    def link(self) -> str: ...
+    @property
+    def X_LT(self) -> Floats: ...  # (4, 4)
+    @property
+    def translation(self) -> Floats: ...  # (3,) [N/m]
+    @property
+    def turning(self) -> Floats: ...  # (3,) [N m/rad]
+    @property
+    def joints(self) -> Floats: ...  # (n,) [N m/rad] or [N/m]
+
+class ThreadPool:
+    """Threads for the frames of worlds, which may share them."""
+
+    def __init__(self, threads: int) -> None: ...  # 1 to 64
+    @property
+    def threads(self) -> int: ...
 
 class World:
     """Objects and mechanisms, moved frame by frame as far as no pair gets closer than the gap allows."""
@@ -210,7 +249,16 @@ class World:
               joints: Mapping[MechanismHandle, ArrayLike] = ...) -> FrameReport: ...
     def prepare(self) -> None: ...
     def reset(self) -> None: ...
+    @overload
+    def set_hand(self, object: Object, hand: Optional[HandStiffness]) -> None: ...
+    @overload
+    def set_hand(self, mechanism: MechanismHandle, hand: Optional[ArmHandStiffness]) -> None: ...
+    def set_default_hand(self, hand: Optional[HandStiffness]) -> None: ...
+    def set_slide_budget(self, pairs: Optional[int] = None, seconds: Optional[float] = None) -> None: ...  # [s]
+    @property
+    def slide_budget(self) -> Dict[str, Any]: ...  # pairs, seconds; None: unlimited
     def set_threads(self, count: int) -> None: ...
+    def set_thread_pool(self, pool: Optional[ThreadPool]) -> None: ...
     @property
     def gap(self) -> float: ...
     def add(self, tree: HexahedronTree, X_WO: Pose = None, is_static: bool = False, groups: Sequence[str] = ...) -> Object: ...
