@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <sstream>
 
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/program/options/shell_text.hpp"
@@ -104,6 +105,7 @@ struct RawOptions {
   std::size_t count = 0;
   std::vector<std::string> settings;
   std::string capture_file;
+  std::string shard;
   ChoiceOptions choice;
 };
 
@@ -138,6 +140,10 @@ void add_options(CLI::App& app, Options& options, RawOptions& raw) {
   raw.choice.add_to(app);
   app.add_option("--case", options.case_id,
                  "Replay one case: family:index, a pair file's id, or scene:frame:pair");
+  app.add_option(
+      "--shard", raw.shard,
+      "3/8: the third of 8 parts of the pairs alone, into a file in --output; compare_backends merge "
+      "makes one report of all of them");
   app.add_option("--output", options.output, "Folder of the report")->capture_default_str();
   app.add_option("--repetitions", options.repetitions, "Passes over each timed row")
       ->check(CLI::Range(1, 1000))
@@ -150,6 +156,32 @@ void add_options(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_flag("--quick", options.quick,
                "Few pairs, two repetitions, 100 frames a scene, 1k boxes in the broadphases");
   app.add_flag("--list", options.list, "List backends, broadphases and families");
+}
+
+Shard parse_shard(const std::string& text) {
+  Shard shard;
+  char slash = 0, rest = 0;
+  std::istringstream in(text);
+  // Signs are taken by the stream: -1 would come out large.
+  const bool is_shard = text.find_first_not_of("0123456789/") == std::string::npos &&
+                        in >> shard.k >> slash >> shard.n && slash == '/' && !(in >> rest);
+  if (!is_shard || shard.k < 1 || shard.k > shard.n || shard.n > kMostShards)
+    throw InputError("--shard: '" + text + "' is no shard, 3/8 is the third of 8 (of at most " +
+                     std::to_string(kMostShards) + ")");
+  return shard;
+}
+
+/// The words without those of the two options that parts of one run may differ in.
+std::vector<std::string> shared_arguments(int argc, const char* const* argv) {
+  std::vector<std::string> words;
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    if (word == "--shard" || word == "--output")
+      ++i;
+    else if (!word.starts_with("--shard=") && !word.starts_with("--output="))
+      words.push_back(word);
+  }
+  return words;
 }
 
 /// Takes over what was parsed as text. @throws InputError naming the options that do not go together.
@@ -182,6 +214,12 @@ void settle(const CLI::App& app, const RawOptions& raw, Options& options) {
       options.no_broadphase)
     throw InputError(
         "--families none: and no --scene, no --pairs and no broadphases: there is nothing to compare");
+  if (app.count("--shard") > 0) {
+    options.shard = parse_shard(raw.shard);
+    if (!options.case_id.empty()) throw InputError("--shard: has no part of --case, which is one case");
+    if (options.no_families && options.pairs_file.empty() && options.corpus.empty())
+      throw InputError("--shard: there are no pairs to cut; scenes are measured whole, by the merge");
+  }
   if (options.quick && app.count("--repetitions") == 0) options.repetitions = 2;
 }
 
@@ -194,11 +232,13 @@ std::optional<Options> parse_options(int argc, const char* const* argv) {
   CLI::App app{
       "Every contact detection backend on the same pairs and scenes: speed against error.\n"
       "compare_backends diff OLD.json NEW.json: what changed between two runs.\n"
-      "compare_backends decide RESULTS.json --max-error M ...: the verdict of a run for other choices."};
+      "compare_backends decide RESULTS.json --max-error M ...: the verdict of a run for other choices.\n"
+      "compare_backends merge SHARD... --output DIR: the report of a run that was cut by --shard."};
   RawOptions raw;
   add_options(app, options, raw);
   if (!parse_command_line(app, argc, argv)) return std::nullopt;
   settle(app, raw, options);
+  options.shared_arguments = shared_arguments(argc, argv);
   return options;
 }
 

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <string_view>
 
@@ -17,6 +18,7 @@
 #include "touchstone/examples/compare_backends/results/tables_page.hpp"
 #include "touchstone/examples/compare_backends/run/comparison.hpp"
 #include "touchstone/examples/compare_backends/run/replay.hpp"
+#include "touchstone/examples/compare_backends/run/shards/shard_file.hpp"
 #include "touchstone/examples/measures/pairs/pair_families.hpp"
 #include "touchstone/examples/program/files/report_run.hpp"
 #include "touchstone/examples/program/terminal/program.hpp"
@@ -74,30 +76,10 @@ std::vector<std::string> report_names(const Options& options, const Backends& ba
   return names;
 }
 
-int run(int argc, char** argv) {
-  // Subcommands have options of their own.
-  if (argc > 1 && argv[1] == std::string_view("diff")) return run_diff(argc, argv);
-  if (argc > 1 && argv[1] == std::string_view("decide")) return run_decide(argc, argv);
-  if (argc > 1 && argv[1] == std::string_view("tables")) return run_tables(argc, argv);
-  const std::optional<Options> options = parse_options(argc, argv);
-  if (!options) return 0;
-  // Backends of plugins and engines join those of the build.
-  const std::filesystem::path program = std::filesystem::canonical("/proc/self/exe");
-  Backends backends = build_backends(program);
-  add_plugins(backends, program, options->plugins);
-  add_engines(backends, options->engines);
-  if (options->list) {
-    print_list(*options, backends);
-    return 0;
-  }
-  // A replay asks for one case, and writes no report.
+/// Measures, and writes the report; of what shards measured the rest.
+int report_run(const Options& options, const Backends& backends, const ShardAnswers* shards) {
   const auto oracle = make_exact_oracle();
-  if (!options->case_id.empty()) {
-    fmt::print("{}", replay_case(*options, backends, oracle.get()));
-    return 0;
-  }
-  // Each part of the report is written as soon as it is measured.
-  ReportRun files(options->output, report_names(*options, backends));
+  ReportRun files(options.output, report_names(options, backends));
   ProgressLine progress;
   Shown shown;
   const auto on_part = [&](const Report& so_far) {
@@ -105,12 +87,62 @@ int run(int argc, char** argv) {
     progress.finish();
     print_now(wrapped(new_tables(so_far, shown)));
   };
-  const Report report = run_comparison(*options, backends, oracle.get(), progress, on_part);
+  const Report report = run_comparison(options, backends, oracle.get(), progress, on_part, shards);
   files.finish(report_files(report));
-  print_now(fmt::format("{}\nreport: {}\n", wrapped(terminal_report(report, shown)), options->output));
+  print_now(fmt::format("{}\nreport: {}\n", wrapped(terminal_report(report, shown)), options.output));
   // A choice that nothing decides is an error, which must not cost the report.
   if (!report.verdicts.empty() && report.verdicts.front().is_empty())
     throw InputError(sentence(report.verdicts.front()));
+  return 0;
+}
+
+Backends backends_for(const Options& options) {
+  const std::filesystem::path program = std::filesystem::canonical("/proc/self/exe");
+  Backends backends = build_backends(program);
+  add_plugins(backends, program, options.plugins);
+  add_engines(backends, options.engines);
+  return backends;
+}
+
+int run_merge(int argc, const char* const* argv) {
+  CLI::App app{"The report of a run whose pairs were cut by --shard. What is not cut is measured now."};
+  app.name("compare_backends merge");
+  std::vector<std::string> files;
+  std::string output = "report";
+  app.add_option("SHARD", files, "Files of all shards, in any order")->required();
+  app.add_option("--output", output, "Folder of the report")->capture_default_str();
+  if (!parse_command_line(app, argc - 1, argv + 1)) return 0;
+  // The run is that of the shards' command line, with another folder for its report.
+  const ShardAnswers shards(files);
+  std::vector<std::string> words = shards.arguments();
+  words.insert(words.begin(), argv[0]);
+  words.insert(words.end(), {"--output", output});
+  std::vector<const char*> run_argv;
+  for (const std::string& word : words) run_argv.push_back(word.c_str());
+  const std::optional<Options> options = parse_options(static_cast<int>(run_argv.size()), run_argv.data());
+  return options ? report_run(*options, backends_for(*options), &shards) : 0;
+}
+
+int run(int argc, char** argv) {
+  // Subcommands have options of their own.
+  if (argc > 1 && argv[1] == std::string_view("diff")) return run_diff(argc, argv);
+  if (argc > 1 && argv[1] == std::string_view("decide")) return run_decide(argc, argv);
+  if (argc > 1 && argv[1] == std::string_view("tables")) return run_tables(argc, argv);
+  if (argc > 1 && argv[1] == std::string_view("merge")) return run_merge(argc, argv);
+  const std::optional<Options> options = parse_options(argc, argv);
+  if (!options) return 0;
+  const Backends backends = backends_for(*options);
+  if (options->list) {
+    print_list(*options, backends);
+    return 0;
+  }
+  if (options->shard) {
+    ProgressLine progress;
+    print_now(run_shard(*options, backends, make_exact_oracle().get(), progress).string() + "\n");
+    return 0;
+  }
+  if (options->case_id.empty()) return report_run(*options, backends, nullptr);
+  fmt::print("{}", replay_case(*options, backends, make_exact_oracle().get()));
   return 0;
 }
 

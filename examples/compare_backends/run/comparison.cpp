@@ -9,6 +9,7 @@
 #include "touchstone/examples/compare_backends/run/drift_file.hpp"
 #include "touchstone/examples/compare_backends/run/replay_command.hpp"
 #include "touchstone/examples/compare_backends/run/sets/set_summary.hpp"
+#include "touchstone/examples/compare_backends/run/shards/shard_file.hpp"
 #include "touchstone/examples/measures/pairs/pair_families.hpp"
 #include "touchstone/examples/program/terminal/engine_log.hpp"
 
@@ -35,8 +36,13 @@ std::vector<std::string> scene_names(const std::vector<std::string>& files) {
 class Session {
  public:
   Session(const Options& options, const Backends& backends, const Oracle* oracle, ProgressLine& progress,
-          const OnPart& on_part)
-      : options_(options), backends_(backends), oracle_(oracle), progress_(progress), on_part_(on_part) {
+          const OnPart& on_part, const ShardAnswers* shards = nullptr)
+      : options_(options),
+        backends_(backends),
+        oracle_(oracle),
+        progress_(progress),
+        on_part_(on_part),
+        shards_(shards) {
     share_ = [this](double done) { progress_.share(done); };
   }
 
@@ -85,6 +91,16 @@ class Session {
     finish_part(report, "pairs");
   }
 
+  /// The shard of every set.
+  void run_parts(const Report& report, const std::optional<PairFileCases>& cases, ShardWriter& out) {
+    for (const std::string& name : chosen_families())
+      run_part(make_pair_family(name, options_.seed, options_.pair_count()), nullptr, false, out);
+    if (report.corpus)
+      for (const CorpusSet& set : report.corpus->sets)
+        run_part(corpus_pairs(*report.corpus, set), nullptr, false, out);
+    if (cases) run_part(cases->set, cases->captured ? &*cases->captured : nullptr, true, out);
+  }
+
   /// The distance query of the first family's pairs on one thread and more.
   void run_thread_counts(Report& report) {
     const std::vector<std::string> families = chosen_families();
@@ -112,7 +128,7 @@ class Session {
 
   /// Results over all sets and scenes together.
   void conclude(Report& report) const {
-    report.engine_messages = engine_log_lines();
+    report.engine_messages = engine_log_lines() + (shards_ == nullptr ? 0 : shards_->engine_messages());
     report.gallery = worst_of(gallery_);
     for (GalleryCase& shown : report.gallery) shown.replay = replay_command(report, shown.set, shown.id);
     report.rankings.clear();
@@ -195,31 +211,72 @@ class Session {
                         [&](const Worker& worker) { return worker.offers(name); });
   }
 
-  /// @param check what the set's truth must hold.
-  SetResult run_set(PairSet set, PairFileResult* keep,
-                    const std::function<void(std::span<const PairTruth>)>& check = {}) {
-    std::vector<PairTruth> truth;
+  using CheckTruth = std::function<void(std::span<const PairTruth>)>;
+
+  /// @param set its exact separations are filled in. @param captured answers of an engine, or null.
+  SetAnswers measure(PairSet& set, const MeasureOptions& measure, const BackendAnswers* captured,
+                     const CheckTruth& check) {
+    SetAnswers found;
     if (oracle_ != nullptr) {
       progress_.step(set.name + ": exact answers");
-      truth = compute_truth(set, *oracle_, options_.threads, share_);
-      if (check) check(truth);
-      for (const PairTruth& each : truth) set.exact_separations.push_back(each.separation);
+      found.truth = compute_truth(set, *oracle_, options_.threads, share_);
+      if (check) check(found.truth);
+      for (const PairTruth& each : found.truth) set.exact_separations.push_back(each.separation);
     }
     progress_.step(set.name + ": backends");
-    MeasureOptions measure = measure_options(options_);
-    measure.check_consistency = true;
-    auto answers = answer_set(options_, backends_, set, measure, share_);
-    if (keep != nullptr && keep->cases.captured) answers.push_back(*keep->cases.captured);
+    found.answers = answer_set(options_, backends_, set, measure, share_);
+    if (captured != nullptr) found.answers.push_back(*captured);
     progress_.step(set.name + ": errors");
-    SetResult result = sum_up(set, truth, oracle_, answers, options_.threads, share_);
+    return found;
+  }
+
+  /// @param check what the set's truth must hold.
+  SetResult run_set(PairSet set, PairFileResult* keep, const CheckTruth& check = {}) {
+    SetAnswers found;
+    SetResult result;
+    if (shards_ != nullptr) {
+      progress_.step(set.name + ": from its shards");
+      found = shards_->of(set);
+      if (check && oracle_ != nullptr) check(found.truth);
+      result = sum_up(set, found.truth, found.answers, found.errors);
+    } else {
+      MeasureOptions measured = measure_options(options_);
+      measured.check_consistency = true;
+      const bool has_captured = keep != nullptr && keep->cases.captured;
+      found = measure(set, measured, has_captured ? &*keep->cases.captured : nullptr, check);
+      result = sum_up(set, found.truth, oracle_, found.answers, options_.threads, share_);
+    }
     if (oracle_ != nullptr) {
-      collect_cases(set, truth, answers, result, gallery_);
+      collect_cases(set, found.truth, found.answers, result, gallery_);
     }
     if (keep != nullptr) {
-      keep->truth = std::move(truth);
-      keep->answers = std::move(answers);
+      keep->truth = std::move(found.truth);
+      keep->answers = std::move(found.answers);
     }
     return result;
+  }
+
+  /// A shard's part of a set. @param keeps_points what a pair file's answers show.
+  void run_part(const PairSet& whole, const BackendAnswers* captured, bool keeps_points, ShardWriter& out) {
+    const Shard shard = *options_.shard;
+    PairSet set = part_of(whole, shard);
+    MeasureOptions measured = measure_options(options_);
+    measured.check_consistency = true;
+    measured.first_case = shard.k - 1;
+    measured.case_stride = shard.n;
+    std::optional<BackendAnswers> captured_part;
+    if (captured != nullptr) captured_part = part_of(*captured, shard);
+    SetAnswers found = measure(set, measured, captured_part ? &*captured_part : nullptr, {});
+    for (BackendAnswers& backend : found.answers) {
+      if (oracle_ != nullptr)
+        found.errors.push_back(
+            all_case_errors(set, found.truth, *oracle_, backend, options_.threads, share_));
+      backend.perturbed = {};
+      if (keeps_points) continue;
+      for (QueryAnswers& query : backend.queries) query.points.clear();
+    }
+    out.add(whole.name, whole.pairs.size(), found);
+    progress_.part_done();
   }
 
   const Options& options_;
@@ -227,6 +284,7 @@ class Session {
   const Oracle* oracle_;
   ProgressLine& progress_;
   const OnPart& on_part_;
+  const ShardAnswers* shards_;
   Progress share_;
   std::vector<GalleryCase> gallery_;
 };
@@ -311,50 +369,82 @@ std::vector<BackendAnswers> answer_set(const Options& options, const Backends& b
   return answers;
 }
 
-Report run_comparison(const Options& options, const Backends& backends, const Oracle* oracle,
-                      ProgressLine& progress, const OnPart& on_part) {
+namespace {
+
+/// A run before anything is measured.
+struct Inputs {
   Report report;
+  std::optional<PairFileCases> cases;
+  std::map<std::string, double> cases_of;  ///< what a part that is no family counts
+};
+
+/// Bad input ends the run here.
+Inputs read_inputs(const Options& options, const Backends& backends, const Oracle* oracle,
+                   const Session& session) {
+  Inputs in;
+  Report& report = in.report;
   report.machine = describe_machine();
   report.options = options;
   report.gaps = backends.gaps;
   report.has_truth = oracle != nullptr;
   report.backends = chosen_backends(options, backends);
-  Session session(options, backends, oracle, progress, on_part);
-  // Bad input ends the run before anything is measured.
   check_once("--families", options.families);
   check_once("--scene", scene_names(options.scenes));
   for (const std::string& name : session.chosen_families()) make_pair_family(name, options.seed, 0);
-  std::map<std::string, double> cases_of;
   for (const std::string& file : options.scenes)
-    cases_of["scene " + file] =
+    in.cases_of["scene " + file] =
         check_scene_length(file, parameters_for(file, options.scene_settings), most_frames(options));
   check_settings(options.scenes, options.scene_settings);
   if (!options.corpus.empty()) report.corpus = load_corpus(options.corpus);
   check_sets(options.choice, session.set_names(report.corpus));
-  std::optional<PairFileCases> cases;
-  if (!options.pairs_file.empty()) cases = load_pair_file(options.pairs_file);
-  if (options.is_capture && !cases->captured)
+  if (!options.pairs_file.empty()) in.cases = load_pair_file(options.pairs_file);
+  if (options.is_capture && !in.cases->captured)
     throw InputError(options.pairs_file +
                      ": no case has an engine's answer; cases without one are compared with --pairs");
-
   if (!options.dynamics_file.empty()) report.drift = load_drift(options.dynamics_file);
-
-  // The parts, in order; each takes its name off the list.
-  report.not_measured = session.parts(report.corpus, cases.has_value());
   if (report.corpus)
-    for (const CorpusSet& set : report.corpus->sets) cases_of[set.name] = static_cast<double>(set.cases);
-  if (cases) cases_of["pairs"] = static_cast<double>(cases->set.pairs.size());
-  progress.plan(planned(report.not_measured, cases_of, static_cast<double>(options.pair_count())));
+    for (const CorpusSet& set : report.corpus->sets) in.cases_of[set.name] = static_cast<double>(set.cases);
+  if (in.cases) in.cases_of["pairs"] = static_cast<double>(in.cases->set.pairs.size());
+  return in;
+}
+
+}  // namespace
+
+Report run_comparison(const Options& options, const Backends& backends, const Oracle* oracle,
+                      ProgressLine& progress, const OnPart& on_part, const ShardAnswers* shards) {
+  Session session(options, backends, oracle, progress, on_part, shards);
+  Inputs in = read_inputs(options, backends, oracle, session);
+  Report& report = in.report;
+  if (shards != nullptr) shards->check(report);
+  // The parts, in order; each takes its name off the list.
+  report.not_measured = session.parts(report.corpus, in.cases.has_value());
+  progress.plan(planned(report.not_measured, in.cases_of, static_cast<double>(options.pair_count())));
   session.run_families(report);
   session.run_corpus(report);
-  if (cases) session.run_pair_file(report, std::move(*cases));
+  if (in.cases) session.run_pair_file(report, std::move(*in.cases));
   session.run_scenes(report);
   if (!options.no_broadphase) session.run_broadphase_sizes(report);
   if (!options.no_broadphase) session.run_selection_gain(report);
   session.run_thread_counts(report);
   session.conclude(report);
   progress.finish();
-  return report;
+  return std::move(report);
+}
+
+std::filesystem::path run_shard(const Options& options, const Backends& backends, const Oracle* oracle,
+                                ProgressLine& progress) {
+  ShardWriter out(options.output, *options.shard, options.shared_arguments);
+  const OnPart no_report;
+  Session session(options, backends, oracle, progress, no_report);
+  Inputs in = read_inputs(options, backends, oracle, session);
+  const EngineLog log;
+  std::vector<std::string> sets = session.set_names(in.report.corpus);
+  sets.resize(sets.size() - options.scenes.size());  // they come last, and are measured by the merge
+  progress.plan(planned(sets, in.cases_of, static_cast<double>(options.pair_count())));
+  session.run_parts(in.report, in.cases, out);
+  in.report.engine_messages = engine_log_lines();
+  progress.finish();
+  return out.finish(in.report);
 }
 
 }  // namespace touchstone::comparison

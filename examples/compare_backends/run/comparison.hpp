@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <functional>
 
 #include "touchstone/examples/compare_backends/run/report.hpp"
@@ -7,6 +8,8 @@
 #include "touchstone/examples/program/terminal/progress.hpp"
 
 namespace touchstone::comparison {
+
+class ShardAnswers;
 
 /// Where answers can come from.
 struct Backends {
@@ -28,8 +31,16 @@ std::vector<BackendAnswers> answer_set(const Options& options, const Backends& b
 using OnPart = std::function<void(const Report&)>;
 
 /// Measures everything the options ask for. `oracle` may be null: errors are then not measured.
+/// @param shards what was measured of the pairs in parts; null: they are measured here. What is not cut
+/// (scenes, broadphases, threads) is measured here.
 /// @throws InputError for unknown names and unreadable files, before anything is measured.
 Report run_comparison(const Options& options, const Backends& backends, const Oracle* oracle,
-                      ProgressLine& progress, const OnPart& on_part = {});
+                      ProgressLine& progress, const OnPart& on_part = {},
+                      const ShardAnswers* shards = nullptr);
+
+/// Measures options.shard of every set of pairs, and writes its file into options.output.
+/// @return the file's path. @throws as run_comparison(), and as ShardWriter.
+std::filesystem::path run_shard(const Options& options, const Backends& backends, const Oracle* oracle,
+                                ProgressLine& progress);
 
 }  // namespace touchstone::comparison

@@ -494,22 +494,34 @@ void judge_query(std::span<const PairTruth> truth, const BackendAnswers& answers
 
 }  // namespace
 
-Judgement judge(const PairSet& set, std::span<const PairTruth> truth, const Oracle& oracle,
-                const BackendAnswers& answers, int threads, const Progress& progress) {
-  const std::size_t cases = set.cases();
-  std::vector<CaseErrors> errors(cases);
-  std::vector<double> scale(cases), size(cases);
+std::vector<CaseErrors> all_case_errors(const PairSet& set, std::span<const PairTruth> truth,
+                                        const Oracle& oracle, const BackendAnswers& answers, int threads,
+                                        const Progress& progress) {
+  std::vector<CaseErrors> errors(set.cases());
   parallel_chunks(
-      cases, 64, threads,
+      errors.size(), 64, threads,
       [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-          const PosedPair posed = posed_pair(set, i);
-          errors[i] = case_errors(posed, truth[i], oracle, answers, i);
-          scale[i] = posed.scale;
-          size[i] = posed.size;
-        }
+        for (std::size_t i = begin; i < end; ++i)
+          errors[i] = case_errors(posed_pair(set, i), truth[i], oracle, answers, i);
       },
       progress);
+  return errors;
+}
+
+Judgement judge(const PairSet& set, std::span<const PairTruth> truth, const Oracle& oracle,
+                const BackendAnswers& answers, int threads, const Progress& progress) {
+  return judge(set, truth, answers, all_case_errors(set, truth, oracle, answers, threads, progress));
+}
+
+Judgement judge(const PairSet& set, std::span<const PairTruth> truth, const BackendAnswers& answers,
+                std::span<const CaseErrors> errors) {
+  const std::size_t cases = set.cases();
+  std::vector<double> scale(cases), size(cases);
+  for (std::size_t i = 0; i < cases; ++i) {
+    const PosedPair posed = posed_pair(set, i);
+    scale[i] = posed.scale;
+    size[i] = posed.size;
+  }
 
   // By query, then by figure over S and over the size.
   Judgement judgement;

@@ -103,10 +103,6 @@ struct Judgement {
   std::array<ErrorStats, kMeasures> errors;  ///< over all cases that carry the figure, wrong class or not
 };
 
-/// @param threads for the exact measures.
-Judgement judge(const PairSet& set, std::span<const PairTruth> truth, const Oracle& oracle,
-                const BackendAnswers& answers, int threads, const Progress& progress = {});
-
 /// One case's errors, NaN where the answer carries no such figure, and what it costs a user.
 struct CaseErrors {
   std::array<double, kMeasures> values;
@@ -122,6 +118,18 @@ struct CaseErrors {
 };
 CaseErrors case_errors(const PosedPair& posed, const PairTruth& truth, const Oracle& oracle,
                        const BackendAnswers& answers, std::size_t index);
+
+/// The errors of every case of the set, on `threads` threads.
+std::vector<CaseErrors> all_case_errors(const PairSet& set, std::span<const PairTruth> truth,
+                                        const Oracle& oracle, const BackendAnswers& answers, int threads,
+                                        const Progress& progress = {});
+
+/// Sums up errors of every case.
+Judgement judge(const PairSet& set, std::span<const PairTruth> truth, const BackendAnswers& answers,
+                std::span<const CaseErrors> errors);
+/// The two of them. @param threads for the exact measures.
+Judgement judge(const PairSet& set, std::span<const PairTruth> truth, const Oracle& oracle,
+                const BackendAnswers& answers, int threads, const Progress& progress = {});
 
 /// Errors of figures up to this cost nothing: two ulps of S [m]. A point's coordinates are multiples of an
 /// ulp; rounding both points of a witness moves p_B - p_A by up to sqrt(3) ulps, whoever computes them.

@@ -227,6 +227,12 @@ std::optional<Timing>& slot_of(QueryAnswers& answers, Mode mode) {
   return answers.cached;
 }
 
+// Of the set's first kConsistencyCases those that are in this part.
+std::size_t consistency_cases(const MeasureOptions& options) {
+  if (options.first_case >= kConsistencyCases) return 0;
+  return (kConsistencyCases - options.first_case + options.case_stride - 1) / options.case_stride;
+}
+
 bool any_answer(const QueryAnswers& answers) {
   return std::any_of(answers.status.begin(), answers.status.end(),
                      [](PairStatus status) { return status != PairStatus::unsupported; });
@@ -379,14 +385,14 @@ Query query_for(QueryKind kind) {
   return query;
 }
 
-PairSet perturbed_set(const PairSet& set, std::uint64_t seed) {
+PairSet perturbed_set(const PairSet& set, const MeasureOptions& options) {
   PairSet moved = set;
   std::vector<int> uses(set.solids.size(), 0);
   for (const SolidPair& pair : set.pairs) {
     if (++uses[pair.a] > 1 || ++uses[pair.b] > 1) return set;
   }
   for (std::size_t i = 0; i < set.cases(); ++i) {
-    Random random(mix_seed(seed, 0x6d6f7665, i));
+    Random random(mix_seed(options.seed, 0x6d6f7665, options.first_case + i * options.case_stride));
     const std::size_t frame = i / set.pairs.size();
     const SolidPair pair = set.pairs[i % set.pairs.size()];
     moved.poses[frame * set.solids.size() + pair.b].p +=
@@ -403,7 +409,7 @@ std::vector<BackendAnswers> run_backends(std::span<const BackendRegistry::Narrow
   std::vector<std::unique_ptr<RawCheck>> raws(backends.size());
   std::vector<Timed> timed(backends.size());
   PairSet moved;
-  if (options.perturb) moved = perturbed_set(set, options.seed);
+  if (options.perturb) moved = perturbed_set(set, options);
   // Every backend's answers, and its objects for timing.
   for (std::size_t b = 0; b < backends.size(); ++b) {
     narrowphases[b] = backends[b]->make();
@@ -415,7 +421,8 @@ std::vector<BackendAnswers> run_backends(std::span<const BackendRegistry::Narrow
       answer_frames(*narrowphases[b], moved, QueryKind::manifold, options.threads, answers[b].perturbed);
     }
     if (whole && options.check_consistency && set.frames() == 1)
-      answers[b].consistency = check_consistency(*narrowphases[b], set, options.threads);
+      answers[b].consistency =
+          check_consistency(*narrowphases[b], set, options.threads, consistency_cases(options));
     if (whole && (options.time_pairs || options.time_frames)) {
       timed[b].narrowphase = narrowphases[b].get();
       timed[b].workspace = narrowphases[b]->make_workspace();

@@ -53,7 +53,9 @@ struct MeasureOptions {
   bool time_frames = false;  ///< whole frames, for scenes
   bool perturb = true;
   bool check_consistency = false;  ///< of sets of one frame
-  int threads = 1;                 ///< for answers; timing always runs on one
+  /// Of a part of a set: its pair i is the set's pair first_case + i * case_stride.
+  std::size_t first_case = 0, case_stride = 1;
+  int threads = 1;  ///< for answers; timing always runs on one
   int repetitions = 5;
   std::size_t block = 128;           ///< pairs a timed block
   std::size_t batch = 1024;          ///< pairs a call of the batch row
@@ -64,7 +66,8 @@ struct MeasureOptions {
 
 /// The set with every pair's B moved by 1e-9 S in a seeded direction. Solids are not shared between the pairs
 /// of a family; where they are (scenes), the set cannot be perturbed pair by pair and comes back unchanged.
-PairSet perturbed_set(const PairSet& set, std::uint64_t seed);
+/// The direction is of (seed, case number), as MeasureOptions has that.
+PairSet perturbed_set(const PairSet& set, const MeasureOptions& options);
 
 /// Runs the backends on the set in this process: answers first, then timing with backends, queries and blocks
 /// shuffled, so that a machine that slows down slows all of them. A solid that a backend refuses makes its

@@ -144,8 +144,9 @@ Change& Change::operator+=(const Change& more) {
   return *this;
 }
 
-Consistency check_consistency(const Narrowphase& narrowphase, const PairSet& set, int threads) {
-  const std::size_t cases = std::min(set.pairs.size(), kConsistencyCases);
+Consistency check_consistency(const Narrowphase& narrowphase, const PairSet& set, int threads,
+                              std::size_t most) {
+  const std::size_t cases = std::min(set.pairs.size(), most);
   const auto pairs = std::span<const SolidPair>(set.pairs).first(cases);
   std::vector<SolidPair> swapped;
   for (const SolidPair& pair : pairs) swapped.push_back({pair.b, pair.a});

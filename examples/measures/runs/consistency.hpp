@@ -38,6 +38,8 @@ inline constexpr std::size_t kConsistencyCases = 2000;  ///< the first of a set
 /// @param set of one frame, already given to narrowphase.build().
 /// @param threads at least 2 are taken; a backend that is not thread safe is not asked and has no cases
 /// there.
-Consistency check_consistency(const Narrowphase& narrowphase, const PairSet& set, int threads);
+/// @param most of the set's first cases.
+Consistency check_consistency(const Narrowphase& narrowphase, const PairSet& set, int threads,
+                              std::size_t most = kConsistencyCases);
 
 }  // namespace touchstone::comparison

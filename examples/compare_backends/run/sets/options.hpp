@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "touchstone/examples/compare_backends/judge/choice.hpp"
+#include "touchstone/examples/compare_backends/run/shards/shard.hpp"
 #include "touchstone/examples/program/options/choices.hpp"
 
 namespace touchstone::comparison {
@@ -34,6 +35,9 @@ struct Options {
   bool no_broadphase = false;
   bool quick = false;
   bool list = false;
+  std::optional<Shard> shard;  ///< of --shard
+  /// The words of the command line without --shard and --output, which parts of one run may differ in.
+  std::vector<std::string> shared_arguments;
   std::string command_line;  ///< quoted, as a shell takes it back
 
   std::size_t pair_count() const { return count.value_or(quick ? 500 : 20000); }

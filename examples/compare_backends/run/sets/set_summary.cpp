@@ -18,10 +18,7 @@ BackendResult sum_up_backend(const BackendAnswers& answers) {
   return result;
 }
 
-}  // namespace
-
-SetResult sum_up(const PairSet& set, std::span<const PairTruth> truth, const Oracle* oracle,
-                 std::span<const BackendAnswers> answers, int threads, const Progress& progress) {
+SetResult without_backends(const PairSet& set, std::span<const PairTruth> truth) {
   SetResult result;
   result.name = set.name;
   result.description = set.description;
@@ -32,6 +29,14 @@ SetResult sum_up(const PairSet& set, std::span<const PairTruth> truth, const Ora
     result.contacts += each.contact();
     result.touching += each.pair_class == PairClass::touching;
   }
+  return result;
+}
+
+}  // namespace
+
+SetResult sum_up(const PairSet& set, std::span<const PairTruth> truth, const Oracle* oracle,
+                 std::span<const BackendAnswers> answers, int threads, const Progress& progress) {
+  SetResult result = without_backends(set, truth);
   for (std::size_t b = 0; b < answers.size(); ++b) {
     result.backends.push_back(sum_up_backend(answers[b]));
     if (oracle == nullptr) continue;
@@ -40,6 +45,17 @@ SetResult sum_up(const PairSet& set, std::span<const PairTruth> truth, const Ora
     };
     result.backends.back().judgement = judge(set, truth, *oracle, answers[b], threads, part);
     result.backends.back().judged = true;
+  }
+  return result;
+}
+
+SetResult sum_up(const PairSet& set, std::span<const PairTruth> truth,
+                 std::span<const BackendAnswers> answers, std::span<const std::vector<CaseErrors>> errors) {
+  SetResult result = without_backends(set, truth);
+  for (std::size_t b = 0; b < answers.size(); ++b) {
+    BackendResult& backend = result.backends.emplace_back(sum_up_backend(answers[b]));
+    backend.judged = !errors.empty();
+    if (backend.judged) backend.judgement = judge(set, truth, answers[b], errors[b]);
   }
   return result;
 }

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "touchstone/examples/compare_backends/run/shards/shard.hpp"
+#include "touchstone/examples/measures/accuracy/accuracy.hpp"
+
+namespace touchstone::comparison {
+
+/// What was found out about the cases of a set, or of a shard's part of it.
+struct SetAnswers {
+  std::vector<PairTruth> truth;  ///< empty without `exact`
+  std::vector<BackendAnswers> answers;
+  std::vector<std::vector<CaseErrors>> errors;  ///< one list a backend; empty without `exact`
+};
+
+/// The shard's pairs among all solids and poses of the set, under their ids.
+PairSet part_of(const PairSet& set, Shard shard);
+/// The answers to the shard's pairs.
+BackendAnswers part_of(const BackendAnswers& answers, Shard shard);
+
+/// The parts of shards 1 to n of a set of `cases` pairs as one, each case in its place. A time is that of the
+/// shard in the middle; what was counted is added up.
+SetAnswers joined_parts(std::span<const SetAnswers> parts, std::size_t cases);
+
+std::string encode_set(const SetAnswers& set);
+/// @throws std::runtime_error for what encode_set() did not write.
+SetAnswers decode_set(std::string bytes);
+
+}  // namespace touchstone::comparison

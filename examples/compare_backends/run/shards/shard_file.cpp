@@ -1,0 +1,254 @@
+#include "touchstone/examples/compare_backends/run/shards/shard_file.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <fstream>
+
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/program/files/json_error.hpp"
+#include "touchstone/examples/program/files/sha256.hpp"
+
+namespace touchstone::comparison {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A head is a line of some kilobytes; what has none in its first bytes is no shard.
+constexpr std::size_t kLongestHead = std::size_t{1} << 24;
+
+[[noreturn]] void refuse(const std::string& path, const std::string& what) {
+  throw InputError("merge: " + path + ": " + what);
+}
+
+/// The line up to the first line end; empty: there is none.
+std::string first_line(const std::string& path) {
+  std::ifstream stream(path, std::ios::binary);
+  std::string line;
+  for (char c = 0; line.size() < kLongestHead && stream.get(c);) {
+    if (c == '\n') return line;
+    line += c;
+  }
+  return {};
+}
+
+bool is_shard_file(const fs::path& path) {
+  return first_line(path.string()).find(kShardSchema) != std::string::npos;
+}
+
+/// What a run reads beside the families, each by its option and with its SHA-256.
+Json inputs_of(const Options& options) {
+  Json inputs = Json::object();
+  const auto add = [&](const std::string& option, const std::string& file) {
+    if (!file.empty()) inputs[option + " " + file] = sha256(read_file(file, option));
+  };
+  add(options.is_capture ? "--capture" : "--pairs", options.pairs_file);
+  if (!options.corpus.empty()) add("--corpus", (fs::path(options.corpus) / kCorpusManifest).string());
+  add("--dynamics", options.dynamics_file);
+  for (const std::string& scene : options.scenes) add("--scene", scene);
+  return inputs;
+}
+
+Json backends_of(const Report& report) {
+  Json backends = Json::array();
+  for (const auto& [name, description] : report.backends) backends.push_back(name + ": " + description);
+  return backends;
+}
+
+/// The first entry of a list or object in which the two differ, for an error.
+std::string difference(const Json& first, const Json& second) {
+  const Json apart = Json::diff(first, second);
+  const std::string place = apart.empty() ? "" : apart.at(0).at("path").get<std::string>();
+  const auto text = [&](const Json& in) {
+    const Json::json_pointer at(place);
+    return in.contains(at) ? one_line(in.at(at)) : std::string("nothing");
+  };
+  return text(second) + " in place of " + text(first);
+}
+
+/// Names and cases of all sets.
+Json sets_in(const Json& head) {
+  Json sets = Json::array();
+  for (const Json& set : head.at("sets")) sets.push_back({set.at("name"), set.at("cases")});
+  return sets;
+}
+
+std::string bytes_at(const std::string& path, std::size_t begin, std::size_t size) {
+  std::ifstream stream(path, std::ios::binary);
+  stream.seekg(static_cast<std::streamoff>(begin));
+  std::string bytes(size, '\0');
+  stream.read(bytes.data(), static_cast<std::streamsize>(size));
+  bytes.resize(static_cast<std::size_t>(stream.gcount()));
+  return bytes;
+}
+
+}  // namespace
+
+std::string shard_name(Shard shard) { return fmt::format("shard_{}_of_{}.bin", shard.k, shard.n); }
+
+// ---- writing
+
+ShardWriter::ShardWriter(fs::path folder, Shard shard, std::vector<std::string> arguments)
+    : file_(std::move(folder) / shard_name(shard)), shard_(shard), arguments_(std::move(arguments)) {
+  std::error_code error;
+  if (fs::exists(fs::symlink_status(file_, error)) &&
+      !(fs::is_regular_file(file_, error) && is_shard_file(file_)))
+    throw InputError("--output: " + file_.string() +
+                     ": is there, and no shard of a run: name another folder");
+}
+
+void ShardWriter::add(const std::string& set, std::size_t cases, const SetAnswers& part) {
+  const std::string bytes = encode_set(part);
+  sets_.push_back({{"name", set}, {"cases", cases}, {"bytes", bytes.size()}, {"sha256", sha256(bytes)}});
+  bytes_ += bytes;
+}
+
+fs::path ShardWriter::finish(const Report& report) {
+  Json head = {{"schema", kShardSchema},
+               {"version", report.machine.version},
+               {"shard", {shard_.k, shard_.n}},
+               {"arguments", arguments_},
+               {"inputs", inputs_of(report.options)},
+               {"backends", backends_of(report)},
+               {"exact", report.has_truth},
+               {"engine_messages", report.engine_messages},
+               {"sets", sets_}};
+  std::error_code error;
+  if (file_.has_parent_path()) fs::create_directories(file_.parent_path(), error);
+  const fs::path partial = file_.string() + fmt::format(".{}.part", getpid());
+  std::ofstream stream(partial, std::ios::binary);
+  stream << one_line(head) << '\n' << bytes_;
+  stream.close();
+  if (stream) fs::rename(partial, file_, error);
+  if (!stream || error) {
+    fs::remove(partial, error);
+    throw std::runtime_error(file_.string() +
+                             " cannot be written: is the folder there, and the disk not full?");
+  }
+  return file_;
+}
+
+// ---- reading
+
+ShardAnswers::File ShardAnswers::read_head(const std::string& path) {
+  std::error_code error;
+  if (!fs::is_regular_file(path, error)) refuse(path, "there is no such file");
+  const std::string line = first_line(path);
+  if (line.find(kShardSchema) == std::string::npos)
+    refuse(path, "is no shard of a run (compare_backends --shard)");
+  File file{path, {}, {}, line.size() + 1};
+  std::size_t at = file.sets_begin;
+  try {
+    file.head = Json::parse(line);
+    file.shard = {file.head.at("shard").at(0), file.head.at("shard").at(1)};
+    for (const Json& set : file.head.at("sets")) {
+      const std::size_t size = set.at("bytes");
+      if (at + size > fs::file_size(path) || sha256(bytes_at(path, at, size)) != set.at("sha256"))
+        refuse(path, "is cut off or changed: the set '" + set.at("name").get<std::string>() +
+                         "' has not the SHA-256 of its head");
+      at += size;
+    }
+  } catch (const nlohmann::json::exception& wrong) {
+    refuse(path, "its head " + reason_of(wrong));
+  }
+  if (file.shard.k < 1 || file.shard.k > file.shard.n || file.shard.n > kMostShards)
+    refuse(path, "is of no shard: " + file.shard.text());
+  if (at != fs::file_size(path)) refuse(path, "has more than its head says");
+  return file;
+}
+
+ShardAnswers::ShardAnswers(const std::vector<std::string>& files) {
+  for (const std::string& path : files) files_.push_back(read_head(path));
+  check_same_run();
+  std::stable_sort(files_.begin(), files_.end(),
+                   [](const File& x, const File& y) { return x.shard.k < y.shard.k; });
+  drop_repeated();
+  check_whole();
+}
+
+void ShardAnswers::check_same_run() const {
+  const File& first = files_.front();
+  const std::string version = describe_machine().version;
+  for (const File& file : files_) {
+    if (file.head.at("version") != version)
+      refuse(file.path,
+             "is of version " + file.head.at("version").get<std::string>() + ", this is " + version);
+    for (const char* what : {"arguments", "inputs", "backends", "exact"})
+      if (file.head.at(what) != first.head.at(what))
+        refuse(file.path, fmt::format("is of another run than {}: its {} have {}", first.path, what,
+                                      difference(first.head.at(what), file.head.at(what))));
+    if (file.shard.n != first.shard.n)
+      refuse(file.path, fmt::format("is shard {} and overlaps {}, which is shard {}: a run is cut one way",
+                                    file.shard.text(), first.path, first.shard.text()));
+    if (sets_in(file.head) != sets_in(first.head)) refuse(file.path, "has other sets than " + first.path);
+  }
+}
+
+void ShardAnswers::drop_repeated() {
+  for (std::size_t i = 1; i < files_.size();) {
+    const File &before = files_[i - 1], &here = files_[i];
+    if (before.shard != here.shard) {
+      ++i;
+      continue;
+    }
+    if (before.head != here.head)
+      refuse(here.path, fmt::format("is shard {}, which {} is too, from another try: name one of them",
+                                    here.shard.text(), before.path));
+    files_.erase(files_.begin() + static_cast<std::ptrdiff_t>(i));
+  }
+}
+
+void ShardAnswers::check_whole() const {
+  const std::size_t n = files_.front().shard.n;
+  if (files_.size() == n) return;
+  std::string missing;
+  std::size_t next = 0, named = 0;
+  for (std::size_t k = 1; k <= n; ++k) {
+    if (next < files_.size() && files_[next].shard.k == k)
+      ++next;
+    else if (++named <= 20)
+      missing += " " + Shard{k, n}.text();
+  }
+  throw InputError("merge: lost:" + missing + (named > 20 ? fmt::format(" and {} more", named - 20) : ""));
+}
+
+std::vector<std::string> ShardAnswers::arguments() const { return files_.front().head.at("arguments"); }
+
+void ShardAnswers::check(const Report& report) const {
+  const Json& head = files_.front().head;
+  const auto hold = [&](const char* what, const Json& here) {
+    if (head.at(what) != here)
+      refuse(files_.front().path,
+             fmt::format("its {} are not those of here: {}", what, difference(head.at(what), here)));
+  };
+  hold("inputs", inputs_of(report.options));
+  hold("backends", backends_of(report));
+  hold("exact", report.has_truth);
+}
+
+std::size_t ShardAnswers::engine_messages() const {
+  std::size_t lines = 0;
+  for (const File& file : files_) lines += file.head.at("engine_messages").get<std::size_t>();
+  return lines;
+}
+
+SetAnswers ShardAnswers::of(const PairSet& set) const {
+  std::vector<SetAnswers> parts;
+  for (const File& file : files_) {
+    std::size_t at = file.sets_begin;
+    for (const Json& each : file.head.at("sets")) {
+      const std::size_t size = each.at("bytes");
+      if (each.at("name") == set.name) {
+        if (each.at("cases") != set.pairs.size()) refuse(file.path, "has other cases of '" + set.name + "'");
+        parts.push_back(decode_set(bytes_at(file.path, at, size)));
+        break;
+      }
+      at += size;
+    }
+  }
+  if (parts.size() != files_.size()) refuse(files_.front().path, "has no set '" + set.name + "'");
+  return joined_parts(parts, set.pairs.size());
+}
+
+}  // namespace touchstone::comparison

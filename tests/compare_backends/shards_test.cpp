@@ -1,0 +1,169 @@
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+
+#include "touchstone/tests/support/program_test.hpp"
+
+// Runs whose pairs are cut into shards: together they are the run that is not cut, but for times.
+
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kPairs = R"([
+  {"id": "apart", "shapes": [{"type": "box", "size": [1, 1, 1]}, {"type": "box", "size": [1, 1, 1]}],
+   "poses": ["identity", {"position": [1.5, 0, 0], "quaternion_wxyz": [1, 0, 0, 0]}]},
+  {"id": "no pair", "shapes": [{"type": "box", "size": [1, 1, 0]}, {"type": "box", "size": [1, 1, 1]}],
+   "poses": ["identity", "identity"]},
+  {"id": "flush", "shapes": [{"type": "box", "size": [1, 1, 1]}, {"type": "box", "size": [2, 1, 1]}],
+   "poses": ["identity", {"position": [1.5, 0, 0], "quaternion_wxyz": [1, 0, 0, 0]}]},
+  {"id": "deep", "shapes": [{"type": "box", "size": [1, 1, 1]}, {"type": "box", "size": [2, 1, 1]}],
+   "poses": ["identity", {"position": [0.25, 0, 0], "quaternion_wxyz": [0.8, 0.6, 0, 0]}]}])";
+
+/// Takes times out, and what is decided by them.
+void drop_times(Json& json) {
+  for (const char* timed : {"single", "batch", "raw", "cached", "frame", "ns", "p999_ns", "mean_ns",
+                            "pareto_front", "thread_runs", "fitted_slopes"})
+    if (json.is_object() && json.contains(timed)) json.erase(timed);
+  if (json.is_object() && json.contains("standings"))
+    std::sort(json["standings"].begin(), json["standings"].end());
+  for (Json& each : json)
+    if (each.is_structured()) drop_times(each);
+}
+
+class Shards : public touchstone::ProgramTest {
+ protected:
+  Shards() : ProgramTest(COMPARE_BACKENDS) { write("pairs.json", kPairs); }
+
+  std::string at(const std::string& name) const { return (folder_ / name).string(); }
+  /// More than kConsistencyCases pairs of a family, so that the cut goes through those, too.
+  std::string asked() const {
+    return "--families random touching --count 2100 --repetitions 1 --no-broadphase --backend native "
+           "edge_face --pairs " +
+           at("pairs.json");
+  }
+  std::string small() const {
+    return "--families touching --count 30 --repetitions 1 --no-broadphase --backend native";
+  }
+  std::string shard(const std::string& what, const std::string& shard, const std::string& folder) const {
+    const Outcome done = run(what + " --shard " + shard + " --output " + at(folder));
+    EXPECT_EQ(done.code, 0) << done.err;
+    std::string path = done.out.substr(done.out.rfind('\n', done.out.size() - 2) + 1);
+    path.pop_back();
+    EXPECT_TRUE(fs::exists(path)) << done.out;
+    return path;
+  }
+  Outcome merge(const std::string& files, const std::string& folder = "merged") const {
+    return run("merge " + files + " --output " + at(folder));
+  }
+  Json results(const std::string& folder) const {
+    Json json = Json::parse(read(folder_ / folder / "results.json"));
+    drop_times(json);
+    return json;
+  }
+  void expect_refused(const std::string& files, const std::string& text) const {
+    const Outcome merged = merge(files, "refused");
+    EXPECT_EQ(merged.code, 2) << merged.out;
+    EXPECT_THAT(merged.err, HasSubstr(text));
+    EXPECT_FALSE(fs::exists(folder_ / "refused"));
+  }
+};
+
+TEST_F(Shards, MergeInAnyOrderToTheBytesOfTheWholeRunButForTimes) {
+  const Outcome whole = run(asked() + " --output " + at("merged"));
+  ASSERT_EQ(whole.code, 0) << whole.err;
+  const Json expected = results("merged");
+  ASSERT_EQ(expected.at("pair_sets").size(), 3u);
+  EXPECT_GT(expected.dump().size(), 20000u);
+  const std::string answers = read(folder_ / "merged/answers.json"),
+                    csv = read(folder_ / "merged/answers.csv");
+  EXPECT_THAT(answers, HasSubstr("no pair"));
+
+  const std::string first = shard(asked(), "1/3", "a"), second = shard(asked(), "2/3", "b"),
+                    third = shard(asked(), "3/3", "a");
+  fs::copy_file(first, at("copy"));
+  const Outcome merged = merge(third + " " + first + " " + second + " " + at("copy"));
+  ASSERT_EQ(merged.code, 0) << merged.err;
+  EXPECT_EQ(results("merged").dump(1), expected.dump(1));
+  EXPECT_EQ(read(folder_ / "merged/answers.json"), answers);
+  EXPECT_EQ(read(folder_ / "merged/answers.csv"), csv);
+  EXPECT_THAT(Json::parse(read(folder_ / "merged/results.json")).at("pair_sets")[0]["backends"][0].dump(),
+              HasSubstr("median_ns"));
+}
+
+TEST_F(Shards, MoreShardsThanPairsAreAsGood) {
+  const std::string what = "--pairs " + at("pairs.json") + " --repetitions 1 --backend native edge_face";
+  ASSERT_EQ(run(what + " --output " + at("merged")).code, 0);
+  const Json expected = results("merged");
+  std::string files;
+  for (int k = 1; k <= 5; ++k) files += " " + shard(what, std::to_string(k) + "/5", "shards");
+  const Outcome merged = merge(files);
+  ASSERT_EQ(merged.code, 0) << merged.err;
+  EXPECT_EQ(results("merged").dump(1), expected.dump(1));
+}
+
+TEST_F(Shards, WhatDoesNotBelongTogetherIsNamed) {
+  const std::string first = shard(small(), "1/2", "a"), second = shard(small(), "2/2", "a");
+  const std::string third = shard(small(), "3/4", "a");
+  expect_refused(first, "merge: lost: 2/2");
+  expect_refused(first + " " + second + " " + third,
+                 third + ": is shard 3/4 and overlaps " + first + ", which is shard 1/2");
+  const std::string again = shard(small(), "2/2", "again");
+  expect_refused(first + " " + second + " " + again, again + ": is shard 2/2, which " + second + " is too");
+  const std::string seeded = shard(small() + " --seed 2", "2/2", "seeded");
+  expect_refused(first + " " + seeded, seeded + ": is of another run than " + first + ": its arguments");
+  expect_refused(first + " " + at("nothing.bin"), "nothing.bin: there is no such file");
+  expect_refused(first + " " + write("some.json", "{}").string(), "some.json: is no shard of a run");
+  EXPECT_EQ(merge("").code, 2);
+}
+
+TEST_F(Shards, AChangedOrCutFileIsNamed) {
+  const std::string first = shard(small(), "1/2", "a"), second = shard(small(), "2/2", "a");
+  const std::string bytes = read(second);
+  std::string changed = bytes;
+  changed[changed.size() - 9] ^= 1;
+  write("changed.bin", changed);
+  expect_refused(first + " " + at("changed.bin"), "changed.bin: is cut off or changed: the set 'touching'");
+  write("cut.bin", bytes.substr(0, bytes.size() - 100));
+  expect_refused(first + " " + at("cut.bin"), "cut.bin: is cut off or changed");
+  write("long.bin", bytes + "more");
+  expect_refused(first + " " + at("long.bin"), "long.bin: has more than its head says");
+  write("head.bin", bytes.substr(0, 60) + "\n");
+  expect_refused(first + " " + at("head.bin"), "head.bin: its head is no JSON");
+}
+
+TEST_F(Shards, CasesThatHaveChangedSinceAreNamed) {
+  const std::string what = "--pairs " + at("pairs.json") + " --repetitions 1 --backend native";
+  const std::string only = shard(what, "1/1", "a");
+  std::string pairs = kPairs;
+  pairs.replace(pairs.find("1.5"), 3, "1.6");
+  write("pairs.json", pairs);
+  expect_refused(only, only + ": its inputs are not those of here");
+}
+
+TEST_F(Shards, NothingOfSomebodyElseIsWrittenOver) {
+  fs::create_directory(at("a"));
+  write("a/shard_1_of_2.bin", "mine");
+  const Outcome over = run(small() + " --shard 1/2 --output " + at("a"));
+  EXPECT_EQ(over.code, 2);
+  EXPECT_THAT(over.err, HasSubstr("shard_1_of_2.bin: is there, and no shard of a run"));
+  EXPECT_EQ(read(folder_ / "a/shard_1_of_2.bin"), "mine");
+  shard(small(), "2/2", "a");
+  shard(small(), "2/2", "a");  // run again
+  EXPECT_EQ(std::distance(fs::directory_iterator(at("a")), {}), 2);
+}
+
+TEST_F(Shards, WhatIsNoShardIsRefused) {
+  for (const char* text : {"0/2", "3/2", "2", "a/b", "1/2/3", "-1/2", "1/200000", "1/", "''"}) {
+    const Outcome asked = run(small() + " --shard " + text + " --output " + at("a"));
+    EXPECT_EQ(asked.code, 2) << text;
+    EXPECT_THAT(asked.err, HasSubstr("is no shard, 3/8 is the third of 8")) << text;
+  }
+  EXPECT_THAT(run("--families none --shard 1/2 --output " + at("a")).err, HasSubstr("no pairs to cut"));
+  EXPECT_THAT(run("--case random:1 --shard 1/2 --output " + at("a")).err, HasSubstr("--case"));
+  EXPECT_FALSE(fs::exists(folder_ / "a"));
+}
+
+}  // namespace
