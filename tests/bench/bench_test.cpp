@@ -102,6 +102,44 @@ TEST_F(Bench, WhatIsNoCorpusIsRefused) {
   EXPECT_THAT(compare("--corpus " + at("corpus")).err, HasSubstr("corpus.json: has no 'schema'"));
 }
 
+TEST(BundledCorpus, AVersionKeepsTheSetsOfTheOneBefore) {
+  const auto sets = [](const char* name) {
+    std::ifstream stream(std::string(MANIFESTS "/") + name);
+    return Json::parse(stream).at("sets");
+  };
+  const Json before = sets("touchstone-bench-1.0.json"), now = sets("touchstone-bench-1.1.json");
+  ASSERT_EQ(now.size(), before.size() + 2);
+  for (std::size_t i = 0; i < before.size(); ++i) EXPECT_EQ(now[i], before[i]);
+}
+
+// ---- captured pairs
+
+#ifdef CAPTURE_PAIRS
+TEST_F(Bench, PairsOfRunsAreCapturedTheSameEachTime) {
+  const std::string runs = " --most 20 --scene " EXAMPLES "/scenes/elbow_into_lab.yaml --script " EXAMPLES
+                           "/training_run/scripts/03_oru_tilted.yaml --dynamics " EXAMPLES
+                           "/dynamics_run/scenes/sliding_stop.yaml";
+  const Outcome made = run(CAPTURE_PAIRS " " + at("captured.json") + runs);
+  ASSERT_EQ(made.code, 0) << made.err;
+  const std::string text = read(folder_ / "captured.json");
+  const Json pairs = Json::parse(text);
+  EXPECT_EQ(pairs.size(), 60u);
+  for (const char* stem : {"elbow_into_lab:pair-", "03_oru_tilted:pair-", "sliding_stop:pair-"})
+    EXPECT_THAT(text, HasSubstr(stem));
+  EXPECT_THAT(text, Not(HasSubstr("captured\"")));  // no engine's answers
+
+  EXPECT_THAT(run(CAPTURE_PAIRS " " + at("captured.json") + runs).err, HasSubstr("captured.json: is there"));
+  std::filesystem::rename(folder_ / "captured.json", folder_ / "first.json");
+  ASSERT_EQ(run(CAPTURE_PAIRS " " + at("captured.json") + runs).code, 0);
+  EXPECT_EQ(read(folder_ / "captured.json"), text);
+  // What is no scene is named, and nothing is written.
+  const Outcome bad = run(CAPTURE_PAIRS " " + at("none.json") + " --most 5 --scene " + at("plan.json"));
+  EXPECT_EQ(bad.code, 2);
+  EXPECT_THAT(bad.err, HasSubstr("plan.json"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "none.json"));
+}
+#endif
+
 // ---- the site
 
 TEST_F(Bench, EveryRedCellOpensItsCaseAndAReproduction) {
