@@ -66,10 +66,17 @@ std::string losses(const BenchResults& results, const std::vector<Entry>& newest
 
 // ---- tables
 
+/// A number is not broken at its exponent's sign, where browsers do.
+std::string unbroken(std::string text) {
+  for (std::size_t at = 0; (at = text.find("e-", at)) != std::string::npos; ++at)
+    text.replace(at, 2, "e\u2011");
+  return text;
+}
+
 std::string markup(const Entry& entry, const std::string& set, QueryKind query) {
   const Cell* cell = cell_of(entry, set, query);
   if (cell == nullptr) return "<span class='no-cell'>not run</span>";
-  const std::string text = xml_text(text_of(*cell));
+  const std::string text = unbroken(xml_text(text_of(*cell)));
   if (faults(*cell).empty()) return fmt::format("<span class='{}'>{}</span>", style_of(grade(*cell)), text);
   return fmt::format("<a class='wrong-cell' href='cases/{}.html#{}'>{}</a>", xml_text(set),
                      xml_text(cell_name(entry, set, query)), text);
