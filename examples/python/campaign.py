@@ -1,10 +1,14 @@
-"""A campaign of random pairs judged against `exact`, cut into shards that run anywhere and merge to the same bytes.
+"""A campaign of random pairs, flights or dynamics runs, cut into shards that run anywhere and merge to the same bytes.
 
     campaign.py run --pairs 1000000 --shard 3/64 --out shards     # writes shards/shard_3_of_64.json
     campaign.py merge shards/*.json --out campaign.json           # any order; names the shards that are lost
     campaign.py dask --pairs 1000000 --shards 64 --out campaign.json    # all of it, on a local cluster or --scheduler ADDRESS
 
-Pairs come in blocks; block b's are drawn from Philox keyed by (seed, b) alone, and shard k of n has the blocks k - 1, k - 1 + n, ... So the
+In place of --pairs N (native against exact): --flights N, worlds in which four boxes are moved at random among others, each frame judged by
+exact; --dynamics N, boxes that fall on a floor for a second. A fault is a wrong class or a distance off; a frame in which two overlap; a step
+that fails or an overlap of more than 1 cm.
+
+They come in blocks; block b's are drawn from Philox keyed by (seed, b) alone, and shard k of n has the blocks k - 1, k - 1 + n, ... So the
 merged file does not depend on how many shards there were, where they ran or in which order they come. A shard's file appears whole or not
 at all: one that was killed is lost, and is run again. One that is there twice counts once.
 """
@@ -18,10 +22,12 @@ import sys
 import numpy as np
 import touchstone
 
-SCHEMA = "touchstone.campaign/1"
-BLOCK = 500
-FAMILIES = ("boxes", "sheared", "grid")
+SCHEMA = "touchstone.campaign/2"
+BLOCKS = {"pairs": 500, "flights": 1, "dynamics": 1}  # of a block
+FAMILIES = {"pairs": ("boxes", "sheared", "grid"), "flights": ("advance", "slide"), "dynamics": ("dropped", "thrown", "stacked")}
 FAULTS_KEPT = 100
+FLIGHT_FRAMES, MOVERS, STANDING = 25, 4, 14
+RUN_SECONDS, RUN_STEP, LOOK_EVERY, MOST_DEPTH = 1.0, 1 / 500, 25, 1e-2  # 2 cm: what a fall of a second goes in a step
 BOUND_OVER_S = 1e-14  # of the signed distance; S: max(size, largest |coordinate|)
 UNIT_CUBE = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
 
@@ -44,9 +50,20 @@ def largest_coordinate(corners, poses):
     return np.abs(rows).max(axis=(0, 2))
 
 
+def family_of(kind, block):
+    return FAMILIES[kind][block % len(FAMILIES[kind])]
+
+
+def note(tally, **values):
+    """Adds to counts; of what begins with "worst" the larger one stays. No sum of fractions: its bits are of its order."""
+    for name, value in values.items():
+        known = tally.get(name, 0)
+        tally[name] = max(known, float(value)) if name.startswith("worst") else known + int(value)
+
+
 def make_block(seed, block, count):
     """Corners (2 n, 8, 3) and poses (2 n, 4, 4); solids 2 i and 2 i + 1 are pair i's."""
-    draw, n, family = Draw(seed, block), 2 * count, FAMILIES[block % len(FAMILIES)]
+    draw, n, family = Draw(seed, block), 2 * count, family_of("pairs", block)
     if family == "grid":  # sizes and places in eighths: faces, edges and corners meet exactly
         corners = UNIT_CUBE * np.floor(draw(1, 9, (n, 1, 3))) / 4
         poses = np.tile(np.eye(4), (n, 1, 1))
@@ -62,7 +79,7 @@ def make_block(seed, block, count):
     return corners, poses
 
 
-def judge(seed, block, count, tally, faults):
+def judge_pairs(seed, block, count, tally, faults):
     corners, poses = make_block(seed, block, count)
     solids = [touchstone.Hexahedron(c) for c in corners]
     pairs = np.arange(2 * count, dtype=np.uint32).reshape(-1, 2)
@@ -76,12 +93,71 @@ def judge(seed, block, count, tally, faults):
     contact = truth.status == touchstone.Status.OVERLAPPING
     wrong = (found.status != truth.status) | (overlap.status != truth.status)
     beyond = ~(error <= BOUND_OVER_S)  # NaN is, too
-    for name, value in (("pairs", count), ("contacts", contact.sum()), ("touching", (truth.geometry["separation"] == 0).sum()),
-                        ("missed", (wrong & contact).sum()), ("phantom", (wrong & ~contact).sum()), ("beyond", beyond.sum())):
-        tally[name] = tally.get(name, 0) + int(value)
-    tally["worst_over_S"] = max(tally.get("worst_over_S", 0.0), float(np.nanmax(error)))
+    note(tally, pairs=count, contacts=contact.sum(), touching=(truth.geometry["separation"] == 0).sum(), missed=(wrong & contact).sum(),
+         phantom=(wrong & ~contact).sum(), beyond=beyond.sum(), worst_over_S=np.nanmax(error))
     for i in np.flatnonzero(wrong | beyond):
         faults.append([block, int(i), "class" if wrong[i] else "distance", float(np.nan_to_num(error[i], nan=-1.0))])
+
+
+def box_tree(name, size):
+    return touchstone.HexahedronTree([("box", touchstone.Hexahedron.box(size), None)], name)
+
+
+def judge_flights(seed, block, count, tally, faults):
+    """Movers between blocks that stand on a grid, apart at the start."""
+    draw, n = Draw(seed, block), MOVERS + STANDING
+    sizes, turns = draw(0.2, 0.6, (n, 3)), draw(-1.0, 1.0, (n, 4))
+    places = 1.2 * np.array([[k % 3, k // 3 % 3, k // 9] for k in range(n)])
+    world = touchstone.World()
+    world.set_default_rule(policy=family_of("flights", block))
+    objects = [world.add(box_tree(f"box {k}", sizes[k]), (places[k], turns[k]), is_static=k >= MOVERS) for k in range(n)]
+    exact = touchstone.Narrowphase("exact", [touchstone.Hexahedron.box(size) for size in sizes])
+    pairs = np.array([[a, b] for a in range(MOVERS) for b in range(a + 1, n)], np.uint32)
+    for frame in range(FLIGHT_FRAMES):
+        moves = draw(-0.4, 0.4, (MOVERS, 2, 3))
+        report = world.frame(moves={objects[k]: (moves[k, 0], moves[k, 1]) for k in range(MOVERS)})
+        poses = np.stack([world.pose(each) for each in objects])
+        merged = np.count_nonzero(exact.overlap(poses, pairs).status == touchstone.Status.OVERLAPPING)
+        note(tally, frames=1, blocked=report.blocked_movers, slide_steps=report.slide_steps, iteration_limits=report.iteration_limits, merged=merged)
+        if merged:
+            faults.append([block, frame, "merged", float(merged)])
+    note(tally, flights=count)
+
+
+def make_scene(seed, block):
+    draw, family, n = Draw(seed, block), family_of("dynamics", block), 2 + block % 5
+    scene = touchstone.DynamicScene(f"run {block}", RUN_SECONDS, RUN_STEP, gravity=[0, 0, -9.81])
+    scene.add(box_tree("floor", [20, 20, 1]), ([0, 0, -0.5], [1, 0, 0, 0]), kind="static", friction=0.5)
+    sizes, turns, aside, speeds = draw(0.2, 0.6, (n, 3)), draw(-1.0, 1.0, (n, 4)), draw(-0.1, 0.1, (n, 2)), draw(-1.0, 1.0, (n, 6))
+    floor = 0.0
+    for k in range(n):
+        upright = family == "stacked"
+        height = sizes[k, 2] if upright else np.sqrt((sizes[k] * sizes[k]).sum())
+        place = ([*aside[k], floor + height / 2], [1, 0, 0, 0] if upright else turns[k])
+        floor += height
+        moves = {"velocity": speeds[k, :3], "angular_velocity": speeds[k, 3:]} if family == "thrown" else {}
+        scene.add(box_tree(f"box {k}", sizes[k]), place, density=1000.0, friction=0.5, restitution=0.3 * (family == "thrown"), **moves)
+    return scene
+
+
+def judge_dynamics(seed, block, count, tally, faults):
+    run = touchstone.Simulation(make_scene(seed, block))
+    energy = run.energy
+    while not run.is_over:
+        try:
+            run.advance(LOOK_EVERY)
+        except RuntimeError as error:
+            faults.append([block, run.steps, f"failed: {error}", -1.0])
+            break
+        depth, gain = run.worst_depth, run.energy - energy
+        energy = run.energy
+        note(tally, looked_at=1, contacts=run.last_step["contacts"], unconverged=run.last_step["unconverged"], worst_depth_m=depth, worst_gain_J=gain)
+        if not depth <= MOST_DEPTH:  # NaN is, too
+            faults.append([block, run.steps, "deep", float(np.nan_to_num(depth, nan=-1.0))])
+    note(tally, runs=count, steps=run.steps)
+
+
+JUDGES = {"pairs": judge_pairs, "flights": judge_flights, "dynamics": judge_dynamics}
 
 
 def parse_shard(text):
@@ -94,23 +170,29 @@ def parse_shard(text):
     return k, n
 
 
-def shard_root(seed, pairs, k, n):
+def shard_root(seed, kind, total, k, n):
     """Shard k of n: what its file holds."""
-    blocks = -(-pairs // BLOCK)
-    tallies, faults = {name: {} for name in FAMILIES}, []
+    each = BLOCKS[kind]
+    blocks = -(-total // each)
+    tallies, faults = {name: {} for name in FAMILIES[kind]}, []
     mine = range(k - 1, blocks, n)
     for done, block in enumerate(mine):
-        count = min(BLOCK, pairs - block * BLOCK)
-        judge(seed, block, count, tallies[FAMILIES[block % len(FAMILIES)]], faults)
+        JUDGES[kind](seed, block, min(each, total - block * each), tallies[family_of(kind, block)], faults)
         if done % 20 == 19:
             print(f"shard {k}/{n}: {done + 1} of {len(mine)} blocks", file=sys.stderr)
-    settings = {"seed": seed, "pairs": pairs, "block": BLOCK, "version": touchstone.__version__}
+    settings = {"seed": seed, kind: total, "block": each, "version": touchstone.__version__}
     return {"schema": SCHEMA, "settings": settings, "shard": [k, n], "families": tallies, "faults": faults[:FAULTS_KEPT]}
+
+
+def asked(options):
+    """What, and how many."""
+    given = [(kind, getattr(options, kind)) for kind in BLOCKS if getattr(options, kind) is not None]
+    return given[0] if given else ("pairs", 100_000)
 
 
 def run(options):
     k, n = options.shard
-    root = shard_root(options.seed, options.pairs, k, n)
+    root = shard_root(options.seed, *asked(options), k, n)
     options.out.mkdir(parents=True, exist_ok=True)
     write(options.out / f"shard_{k}_of_{n}.json", root)
 
@@ -124,7 +206,7 @@ def run_dask(options):
     where = options.scheduler or distributed.LocalCluster(n_workers=options.workers, threads_per_worker=1, dashboard_address=None)
     with distributed.Client(where) as client:
         print(f"scheduler: {client.scheduler.address}", file=sys.stderr, flush=True)
-        waiting = [client.submit(shard_root, options.seed, options.pairs, k, options.shards, retries=3) for k in range(1, options.shards + 1)]
+        waiting = [client.submit(shard_root, options.seed, *asked(options), k, options.shards, retries=3) for k in range(1, options.shards + 1)]
         shards = {}
         for future, root in distributed.as_completed(waiting, with_results=True):
             shards[tuple(root["shard"])] = root
@@ -169,22 +251,33 @@ def write_merged(shards, path):
     lost = [f"{k}/{n}" for k in range(1, n + 1) if (k, n) not in shards]
     if lost:
         sys.exit(f"lost: {' '.join(lost)}")
-    families = {name: {} for name in FAMILIES}
+    families = {}
     for root in shards.values():
         for name, tally in root["families"].items():
-            for key, value in tally.items():
-                known = families[name].get(key)
-                families[name][key] = value if known is None else max(known, value) if key == "worst_over_S" else known + value
+            note(families.setdefault(name, {}), **tally)
     faults = sorted(fault for root in shards.values() for fault in root["faults"])[:FAULTS_KEPT]
     write(path, {"schema": SCHEMA, "settings": first["settings"], "families": families, "faults": faults})
     return 1 if faults else 0
+
+
+def positive(text):
+    value = int(text)
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"{text} is not above 0")
+    return value
+
+
+def add_kinds(parser):
+    kinds = parser.add_mutually_exclusive_group()
+    for kind in BLOCKS:
+        kinds.add_argument(f"--{kind}", type=positive, help="how many (100000 pairs unless one of these is given)")
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     commands = parser.add_subparsers(required=True)
     one = commands.add_parser("run", help="one shard, or all")
-    one.add_argument("--pairs", type=int, default=100_000)
+    add_kinds(one)
     one.add_argument("--seed", type=int, default=1)
     one.add_argument("--shard", type=parse_shard, default=(1, 1), help="3/64: the third of 64")
     one.add_argument("--out", type=pathlib.Path, default=pathlib.Path("shards"), help="folder")
@@ -194,7 +287,7 @@ def main():
     all_of.add_argument("--out", type=pathlib.Path, default=pathlib.Path("campaign.json"))
     all_of.set_defaults(call=merge)
     spread = commands.add_parser("dask", help="all shards on Dask's workers")
-    spread.add_argument("--pairs", type=int, default=100_000)
+    add_kinds(spread)
     spread.add_argument("--seed", type=int, default=1)
     spread.add_argument("--shards", type=int, default=64)
     spread.add_argument("--workers", type=int, default=os.cpu_count(), help="of a local cluster")

@@ -1,6 +1,7 @@
 """Shards of a campaign: any number, any order, some lost, some twice, one killed; the merged bytes are the same."""
 
 import importlib.util
+import json
 import os
 import pathlib
 import signal
@@ -26,8 +27,8 @@ class Campaign(unittest.TestCase):
         command = [sys.executable, "-B", FOLDER / "campaign.py", *map(str, arguments)]
         return subprocess.run(command, capture_output=True, text=True, cwd=self.folder, **named)
 
-    def shard(self, k, n, folder="shards", pairs=PAIRS):
-        run = self.call("run", "--pairs", pairs, "--shard", f"{k}/{n}", "--out", folder)
+    def shard(self, k, n, folder="shards", pairs=PAIRS, kind="pairs"):
+        run = self.call("run", f"--{kind}", pairs, "--shard", f"{k}/{n}", "--out", folder)
         self.assertEqual(run.returncode, 0, run.stderr)
         return self.folder / folder / f"shard_{k}_of_{n}.json"
 
@@ -45,6 +46,22 @@ class Campaign(unittest.TestCase):
         self.assertEqual(self.merged([three[2], three[0], three[1], three[0]]), whole)  # one twice
         run = self.call("merge", three[0], three[2])
         self.assertEqual((run.returncode, run.stderr), (1, "lost: 2/3\n"))
+
+    def test_flights_and_dynamics_are_cut_as_pairs_are(self):
+        for kind, count, runs, steps, each in (("flights", 6, "flights", "frames", 25), ("dynamics", 7, "runs", "steps", 500)):
+            with self.subTest(kind):
+                whole = self.merged([self.shard(1, 1, kind, count, kind)])
+                three = [self.shard(k, 3, kind, count, kind) for k in (1, 2, 3)]
+                self.assertEqual(self.merged([three[1], three[2], three[0], three[1]]), whole)
+                root = json.loads(whole)
+                self.assertEqual((root["settings"][kind], root["faults"]), (count, []))
+                tallies = root["families"].values()
+                self.assertEqual(sum(tally[runs] for tally in tallies), count)
+                self.assertEqual(sum(tally[steps] for tally in tallies), count * each)
+                self.assertGreater(sum(tally.get("blocked", 0) + tally.get("contacts", 0) for tally in tallies), 20)
+        flight, run = self.shard(1, 2, kind="flights", pairs=1), self.shard(2, 2, kind="dynamics", pairs=1)
+        self.assertIn("different campaigns", self.call("merge", flight, run).stderr)
+        self.assertIn("not allowed with", self.call("run", "--pairs", 1, "--flights", 1).stderr)
 
     def test_a_killed_shard_leaves_nothing_and_is_run_again(self):
         other = self.shard(2, 2)

@@ -11,8 +11,8 @@
 #include "touchstone/contact_core/world/scene_world.hpp"
 #include "touchstone/examples/bench/capture/observed_narrowphase.hpp"
 #include "touchstone/examples/program/terminal/program.hpp"
-#include "touchstone/examples/training_run/fly.hpp"
-#include "touchstone/examples/training_run/methods/contact_world_method.hpp"
+#include "touchstone/examples/training_run/flight/contact_world_method.hpp"
+#include "touchstone/examples/training_run/flight/fly.hpp"
 #include "touchstone/physics/engine/engine_registry.hpp"
 
 // Runs the bundled scenes, scripts and dynamics with `native` and writes the pairs that it was asked about:
