@@ -36,13 +36,13 @@ Parallelepiped scaled_parallelepiped(const SolidSet& set, SolidIndex solid, int 
 /// Whether compute_hull_distances() comes next, for boxes and parallelepipeds that are certainly separated.
 bool vertices_decide(const DistanceRecord& record) { return record.state == DistanceState::exhausted; }
 
-/// Computes the distances of the pairs whose records `wanted` picks and replaces those records.
+/// Computes the distances of the pairs that `wanted` picks and replaces their records.
 template <class Wanted, class Measure>
-void compute_picked(const Batch& batch, const DepthRecord* depths, DistanceRecord* records,
-                    const Wanted& wanted, const Measure& measure) {
+void compute_picked(const Batch& batch, DistanceRecord* records, const Wanted& wanted,
+                    const Measure& measure) {
   Batch picked;
   for (std::size_t i = 0; i < batch.count; ++i)
-    if (wanted(depths[i].certified, records[i])) picked.add({batch.pairs[i].a, batch.pairs[i].b}, i);
+    if (wanted(i)) picked.add({batch.pairs[i].a, batch.pairs[i].b}, i);
   if (picked.count == 0) return;
   std::array<DistanceRecord, kBlock> found;
   measure(std::span<const PairIndices>(picked.pairs).first(picked.count), found.data());
@@ -107,29 +107,26 @@ void compute_hull_distances(const SolidSet& set, const Kernels& kernels, std::sp
 
 void compute_batch_distances(const SolidSet& set, const Kernels& kernels, SolidKind kind,
                              std::span<const Pose> poses, const Batch& batch, const DepthRecord* depths,
-                             bool separated_too, DistanceRecord* records) {
+                             const Certified* decided, bool separated_too, DistanceRecord* records) {
   using Pairs = std::span<const PairIndices>;
   std::fill_n(records, batch.count, kNoDistance);
+  const auto is_certain = [&](std::size_t i) {
+    return separated_too && depths[i].certified == Certified::separated;
+  };
+  compute_picked(batch, records, is_certain, [&](Pairs pairs, DistanceRecord* out) {
+    compute_distances(set, kernels, kind, poses, pairs, out);
+  });
   compute_picked(
-      batch, depths, records,
-      [&](Certified certified, const DistanceRecord&) {
-        return separated_too && certified == Certified::separated;
-      },
-      [&](Pairs pairs, DistanceRecord* out) { compute_distances(set, kernels, kind, poses, pairs, out); });
-  compute_picked(
-      batch, depths, records,
-      [&](Certified certified, const DistanceRecord& record) {
-        if (certified == Certified::separated) return separated_too && record.state != DistanceState::found;
-        return certified == Certified::unknown;
+      batch, records,
+      [&](std::size_t i) {
+        if (is_certain(i)) return records[i].state != DistanceState::found;
+        return separated_too && decided[i] == Certified::separated;
       },
       [&](Pairs pairs, DistanceRecord* out) {
         compute_distances_accurately(set, kernels, kind, poses, pairs, out);
       });
   compute_picked(
-      batch, depths, records,
-      [&](Certified certified, const DistanceRecord& record) {
-        return separated_too && certified == Certified::separated && vertices_decide(record);
-      },
+      batch, records, [&](std::size_t i) { return is_certain(i) && vertices_decide(records[i]); },
       [&](Pairs pairs, DistanceRecord* out) { compute_hull_distances(set, kernels, poses, pairs, out); });
 }
 

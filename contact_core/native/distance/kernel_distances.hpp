@@ -30,12 +30,12 @@ void compute_distances_accurately(const SolidSet& set, const Kernels& kernels, S
 void compute_hull_distances(const SolidSet& set, const Kernels& kernels, std::span<const Pose> poses,
                             std::span<const PairIndices> pairs, DistanceRecord* records);
 
-/// Tries the three in turn on the pairs of a batch that their depth records do not show to overlap.
-/// @param kind not `general`. @param separated_too whether to include pairs that the depth records certify as
-/// separated.
+/// Tries the three in turn on the pairs of a batch that are apart.
+/// @param kind not `general`. @param decided the classes of pairs that the depth records leave unknown.
+/// @param separated_too false: no distance is asked for.
 void compute_batch_distances(const SolidSet& set, const Kernels& kernels, SolidKind kind,
                              std::span<const Pose> poses, const Batch& batch, const DepthRecord* depths,
-                             bool separated_too, DistanceRecord* records);
+                             const Certified* decided, bool separated_too, DistanceRecord* records);
 
 /// Tries on one pair the kernels not tried yet, on an exactly scaled copy where its magnitudes are not
 /// ordinary. @param separated whether the pair is certainly separated.

@@ -107,14 +107,22 @@ Certified certify_flush_boxes(const SolidSet& set, const SolidPair& pair, std::s
 class PairEvaluation {
  public:
   PairEvaluation(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
-                 const OrderedPair& given, const DepthRecord& depth, const DistanceRecord& distance)
-      : set_(set), kernels_(kernels), input_(input), given_(given), depth_(depth), distance_(distance) {}
+                 const OrderedPair& given, const DepthRecord& depth, const DistanceRecord& distance,
+                 Certified decided)
+      : set_(set),
+        kernels_(kernels),
+        input_(input),
+        given_(given),
+        depth_(depth),
+        distance_(distance),
+        certified_(decided) {}
 
   PairStatus run(PairGeometry& geometry, ContactPoint* points, ClipBatch& clips) {
     if (const auto status = take_records(geometry, points)) return *status;
     kind_ = kind_of(set_, given_.pair);
-    if (const auto status = certify_single(geometry)) return *status;
+    certify_single();
     if (const auto status = write_depth(geometry, points)) return *status;
+    if (const auto status = decide_class(geometry)) return *status;
     if (const auto status = find_distance(geometry, points)) return *status;
     if (const auto status = clip_in_lanes(geometry, points, clips)) return *status;
     if (const auto status = compute_hulls(geometry, points)) return *status;
@@ -128,6 +136,9 @@ class PairEvaluation {
   const Pose& X_WB() const { return input_.poses[given_.pair.b]; }
   bool is_general() const { return kind_ == SolidKind::general; }
   bool has_distance() const { return distance_.state == DistanceState::found; }
+  bool is_undecided() const {
+    return depth_.certified == Certified::unknown && certified_ == Certified::unknown;
+  }
 
   void place_pair() {
     place(set_, given_.pair, X_WA(), X_WB(), is_ordinary_, placed_);
@@ -155,32 +166,40 @@ class PairEvaluation {
   }
 
   /// Filters of single pairs: kernels on a scaled copy, comparison of coordinates.
-  Outcome certify_single(PairGeometry& geometry) {
+  void certify_single() {
     has_depth_ = is_complete(depth_);
-    if (has_depth_ || has_distance()) return std::nullopt;
+    if (has_depth_ || has_distance()) return;
     is_ordinary_ = is_ordinary(set_, given_.pair.a, X_WA(), given_.pair.b, X_WB());
     // Magnitudes that kernels do not take: the same pair scaled by a power of two.
     if (!is_ordinary_) depth_ = scaled_pair_depth(set_, kernels_, given_.pair, input_.poses);
-    if (is_ordinary_ && !is_general() && depth_.certified == Certified::unknown) {
+    if (is_ordinary_ && !is_general() && is_undecided()) {
       if (kind_ == SolidKind::box) certified_ = certify_flush_boxes(set_, given_.pair, input_.poses);
       if (certified_ == Certified::unknown) {
         place_pair();
         certified_ = certify_aligned(placed_.a_W, placed_.b_W);
       }
       if (certified_ == Certified::overlapping) depth_.certified = certified_;
-      if (certified_ == Certified::separated && !wants_distance(input_.query)) {
-        write_beyond(geometry);
-        return PairStatus::separated;
-      }
     }
     has_depth_ = is_complete(depth_);
-    return std::nullopt;
   }
 
   Outcome write_depth(PairGeometry& geometry, const ContactPoint* points) const {
     if (!has_depth_) return std::nullopt;
     write(given_, depth_.separation, vector_of(depth_.n), vector_of(depth_.p_A), geometry);
     return points == nullptr ? Outcome(PairStatus::overlapping) : std::nullopt;
+  }
+
+  /// The class of boxes and parallelepipeds that no filter certified, before their distance: most of them
+  /// touch, and a distance of pairs that do is work for nothing.
+  Outcome decide_class(PairGeometry& geometry) {
+    if (is_general() || has_depth_ || has_distance()) return std::nullopt;
+    if (is_undecided()) {
+      if (!is_placed_) place_pair();
+      certified_ = hulls_meet(placed_) ? Certified::overlapping : Certified::separated;
+    }
+    if (certified_ != Certified::separated || wants_distance(input_.query)) return std::nullopt;
+    write_beyond(geometry);
+    return PairStatus::separated;
   }
 
   /// Distance of boxes and parallelepipeds, by the kernels not tried yet.
@@ -190,7 +209,8 @@ class PairEvaluation {
   }
 
   bool try_distance(PairGeometry& geometry, const ContactPoint* points) {
-    if (has_distance() || depth_.certified == Certified::overlapping) return false;
+    if (has_distance() || depth_.certified == Certified::overlapping || certified_ == Certified::overlapping)
+      return false;
     finish_kernel_distance(set_, kernels_, given_.pair, input_.poses,
                            depth_.certified == Certified::separated, distance_);
     return write_distance(geometry, points);
@@ -267,8 +287,8 @@ class PairEvaluation {
   DepthRecord depth_;
   DistanceRecord distance_;
   SolidKind kind_ = SolidKind::general;
-  Certified certified_ = Certified::unknown;  ///< by comparison of coordinates
-  bool has_depth_ = false;                    ///< the record of the depth is complete, and overlapping
+  Certified certified_;     ///< by comparison of coordinates, or exactly
+  bool has_depth_ = false;  ///< the record of the depth is complete, and overlapping
   bool is_ordinary_ = true;
   bool is_placed_ = false;
   PlacedPair placed_;
@@ -289,19 +309,33 @@ void prefetch_poses(const SolidPair& pair, std::span<const Pose> poses) {
 
 struct Records {
   std::array<DepthRecord, kBlock> depth;
+  std::array<Certified, kBlock> decided;  ///< beside the depths' certificates, which leave these unknown
   std::array<DistanceRecord, kBlock> distance;
 };
 
-/// Overlapping pairs that comparison shows need no search for a distance.
-void certify_flush_boxes(const SolidSet& set, std::span<const Pose> poses, const Batch& batch,
-                         DepthRecord* depths) {
+/// The classes of pairs that the depth kernels did not certify, in the order of PairEvaluation: those that
+/// overlap need no search for a distance.
+void decide_classes(const SolidSet& set, SolidKind kind, std::span<const Pose> poses, const Batch& batch,
+                    Records& records) {
   for (std::size_t i = 0; i < batch.count; ++i) {
+    records.decided[i] = Certified::unknown;
+    if (records.depth[i].certified != Certified::unknown) continue;
     const SolidPair pair{batch.pairs[i].a, batch.pairs[i].b};
-    if (depths[i].certified != Certified::unknown || !has_finite_poses(pair, poses) ||
-        !is_ordinary(set, pair.a, poses[pair.a], pair.b, poses[pair.b]))
-      continue;
-    if (certify_flush_boxes(set, pair, poses) == Certified::overlapping)
-      depths[i].certified = Certified::overlapping;
+    const Pose &X_WA = poses[pair.a], &X_WB = poses[pair.b];
+    if (!has_finite_poses(pair, poses) || !is_ordinary(set, pair.a, X_WA, pair.b, X_WB)) continue;
+    Certified certified = Certified::unknown;
+    if (kind == SolidKind::box) certified = certify_flush_boxes(set, pair, poses);
+    if (certified == Certified::unknown) {
+      PlacedPair placed;
+      place(set, pair, X_WA, X_WB, true, placed);
+      certified = certify_aligned(placed.a_W, placed.b_W);
+      if (certified == Certified::unknown) {
+        records.decided[i] = hulls_meet(placed) ? Certified::overlapping : Certified::separated;
+        continue;
+      }
+    }
+    // Comparison's certificate is the depth's.
+    (certified == Certified::overlapping ? records.depth[i].certified : records.decided[i]) = certified;
   }
 }
 
@@ -311,13 +345,13 @@ void run_kernels(const SolidSet& set, const Kernels& kernels, SolidKind kind, st
   const PoseRecord* X_W = records_of(poses);
   if (kind == SolidKind::box) {
     kernels.compute_box_depths(X_W, set.boxes.data(), batch.pairs.data(), batch.count, records.depth.data());
-    certify_flush_boxes(set, poses, batch, records.depth.data());
   } else {
     kernels.compute_parallelepiped_depths(X_W, set.parallelepiped_edges.data(), batch.pairs.data(),
                                           batch.count, records.depth.data());
   }
-  compute_batch_distances(set, kernels, kind, poses, batch, records.depth.data(), wants_distance(query),
-                          records.distance.data());
+  decide_classes(set, kind, poses, batch, records);
+  compute_batch_distances(set, kernels, kind, poses, batch, records.depth.data(), records.decided.data(),
+                          wants_distance(query), records.distance.data());
 }
 
 struct Batches {
@@ -351,12 +385,13 @@ void compute_block(const SolidSet& set, const Kernels& kernels, const Narrowphas
                    std::size_t slots) {
   std::array<OrderedPair, kBlock> pairs;
   ClipBatch clips(set, kernels, input);
-  const auto finish = [&](std::size_t i, const DepthRecord& depth, const DistanceRecord& distance) {
+  const auto finish = [&](std::size_t i, const DepthRecord& depth, const DistanceRecord& distance,
+                          Certified decided) {
     if (!has_finite_poses(pairs[i].pair, input.poses)) {
       status[i] = fail(geometry[i]);
       return;
     }
-    status[i] = PairEvaluation(set, kernels, input, pairs[i], depth, distance)
+    status[i] = PairEvaluation(set, kernels, input, pairs[i], depth, distance, decided)
                     .run(geometry[i], points ? points + i * slots : nullptr, clips);
   };
   // Pairs by kind, each in the order of comes_first().
@@ -375,7 +410,7 @@ void compute_block(const SolidSet& set, const Kernels& kernels, const Narrowphas
     if (batch.count == 0) continue;
     run_kernels(set, kernels, kind, input.poses, input.query, batch, records);
     for (std::size_t i = 0; i < batch.count; ++i)
-      finish(batch.slots[i], records.depth[i], records.distance[i]);
+      finish(batch.slots[i], records.depth[i], records.distance[i], records.decided[i]);
   }
   // The others by the kernel of hulls.
   const Batch& others = batches.others;
@@ -387,7 +422,7 @@ void compute_block(const SolidSet& set, const Kernels& kernels, const Narrowphas
   for (std::size_t i = 0; i < others.count; ++i) {
     if (i + 1 < others.count && (points || records.distance[i + 1].state != DistanceState::found))
       prefetch_general(set, {others.pairs[i + 1].a, others.pairs[i + 1].b});
-    finish(others.slots[i], kNoDepth, records.distance[i]);
+    finish(others.slots[i], kNoDepth, records.distance[i], Certified::unknown);
   }
 }
 
@@ -417,7 +452,8 @@ PairStatus compute_single(const SolidSet& set, const Kernels& kernels, const Nar
     compute_distances(set, kernels, kind_of(set, pair.pair), input.poses, {&indices, 1}, &distance);
   }
   ClipBatch clips(set, kernels, input);
-  return PairEvaluation(set, kernels, input, pair, record, distance).run(geometry, points, clips);
+  return PairEvaluation(set, kernels, input, pair, record, distance, Certified::unknown)
+      .run(geometry, points, clips);
 }
 
 }  // namespace
