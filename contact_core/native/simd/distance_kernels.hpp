@@ -294,9 +294,10 @@ TOUCHSTONE_INLINE LaneDistances<Pack> distance_lanes(const Zonotope<Pack>& W) {
   using Mask = MaskOf<Pack>;
   const Vector3Of<Pack>(&g)[6] = W.generator;
   LaneDistances<Pack> out{};
-  const FacetChoice<Pack> choice = choose_facet<accurate>(W);
   if (accurate) out.tried = W.ordinary;
   out.fits = W.ordinary & W.near;
+  if (bits(out.fits) == 0) return out;
+  const FacetChoice<Pack> choice = choose_facet<accurate>(W);
   if (!accurate) out.fits &= choice.outside;
   if (bits(out.fits) == 0) return out;
 
