@@ -195,7 +195,7 @@ class PairEvaluation {
     if (is_general() || has_depth_ || has_distance()) return std::nullopt;
     if (is_undecided()) {
       if (!is_placed_) place_pair();
-      certified_ = hulls_meet(placed_) ? Certified::overlapping : Certified::separated;
+      certified_ = hulls_meet(placed_, depth_) ? Certified::overlapping : Certified::separated;
     }
     if (certified_ != Certified::separated || wants_distance(input_.query)) return std::nullopt;
     write_beyond(geometry);
@@ -238,7 +238,8 @@ class PairEvaluation {
   bool do_meet() const {
     if (has_distance()) return false;
     const Certified certified = certified_ == Certified::unknown ? depth_.certified : certified_;
-    return certified == Certified::unknown ? hulls_meet(placed_) : certified == Certified::overlapping;
+    return certified == Certified::unknown ? hulls_meet(placed_, depth_)
+                                           : certified == Certified::overlapping;
   }
 
   /// Distance or depth by search in doubles where the kernels have none, then the manifold.
@@ -330,7 +331,8 @@ void decide_classes(const SolidSet& set, SolidKind kind, std::span<const Pose> p
       place(set, pair, X_WA, X_WB, true, placed);
       certified = certify_aligned(placed.a_W, placed.b_W);
       if (certified == Certified::unknown) {
-        records.decided[i] = hulls_meet(placed) ? Certified::overlapping : Certified::separated;
+        records.decided[i] =
+            hulls_meet(placed, records.depth[i]) ? Certified::overlapping : Certified::separated;
         continue;
       }
     }

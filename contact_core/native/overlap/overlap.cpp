@@ -51,27 +51,60 @@ Vector3 best_face_normal(const PosedPair& pair) {
   return best;
 }
 
-/// A pair whose portal is at W's boundary: faces that touch, or nearly. The portal's normal is theirs unless
-/// it is a sliver, as where vertices coincide.
-Certified certify_touching(const PlacedPair& placed, const Portal& portal) {
+/// The plane across n through A's supporting vertex.
+Certified certify_flush_along(const PlacedPair& placed, const Vector3& n) {
+  const int support = support_high(placed.pair.hulls.a, n).index;
+  return certify_flush(placed.a_W, placed.b_W, n, placed.a_W.vertex(support));
+}
+
+/// The plane of a portal at W's boundary, where faces touch, or nearly: theirs unless the portal is a sliver,
+/// as where vertices coincide.
+Certified certify_flush_along(const PlacedPair& placed, const Portal& portal) {
   const HullPair& hulls = placed.pair.hulls;
   std::array<Vector3, 3> w;
   for (int k = 0; k < 3; ++k) w[k] = hulls.b.vertex(portal.b[k]) - hulls.a.vertex(portal.a[k]);
   Vector3 n = cross(w[1] - w[0], w[2] - w[0]);
   if (dot(n, placed.pair.start) < 0.0) n = -n;
-  const Certified certified = certify_flush(placed.a_W, placed.b_W, n, placed.a_W.vertex(portal.a[0]));
-  if (certified != Certified::unknown) return certified;
-  n = best_face_normal(placed.pair);
-  return certify_flush(placed.a_W, placed.b_W, n, placed.a_W.vertex(support_high(hulls.a, n).index));
+  return certify_flush(placed.a_W, placed.b_W, n, placed.a_W.vertex(portal.a[0]));
 }
 
-/// Decides pairs that no filter of their kind certified: by comparing coordinates, then by the hulls.
-bool placed_meet(const SolidSet& set, const SolidPair& pair, std::span<const Pose> poses) {
+/// Decides pairs that no filter of their kind certified, nor comparing coordinates: by the hulls.
+bool placed_meet(const SolidSet& set, const SolidPair& pair, std::span<const Pose> poses,
+                 const DepthRecord& depth) {
+  PlacedPair placed;
+  place_pair(set, pair, poses, placed);
+  return native::hulls_meet(placed, depth);
+}
+
+/// The same of general hexahedra, which no filter but the hulls' has seen.
+bool general_meet(const SolidSet& set, const SolidPair& pair, std::span<const Pose> poses) {
   PlacedPair placed;
   place_pair(set, pair, poses, placed);
   const Certified certified = certify_aligned(placed.a_W, placed.b_W);
   if (certified != Certified::unknown) return certified == Certified::overlapping;
   return native::hulls_meet(placed);
+}
+
+bool has_face_along_an_axis(const Matrix3& R) {
+  bool found = false;
+  for (int k = 0; k < 9; ++k) found |= std::abs(R.data()[k]) == 1.0;
+  return found;
+}
+
+/// Whether comparing coordinates may decide the pair. Boxes of which no face looks along an axis of the world
+/// touch in planes that coordinates do not tell.
+bool may_be_aligned(const SolidSet& set, const SolidPair& pair, std::span<const Pose> poses) {
+  return kind_of(set, pair) != SolidKind::box || has_face_along_an_axis(poses[pair.a].R) ||
+         has_face_along_an_axis(poses[pair.b].R);
+}
+
+/// By comparing the coordinates of the hulls.
+Certified certify_by_coordinates(const SolidSet& set, const SolidPair& pair, std::span<const Pose> poses) {
+  if (!may_be_aligned(set, pair, poses)) return Certified::unknown;
+  WorldVertices a_W, b_W;
+  native::world_vertices(local_vertices(set, pair.a), poses[pair.a], a_W);
+  native::world_vertices(local_vertices(set, pair.b), poses[pair.b], b_W);
+  return certify_aligned(a_W, b_W);
 }
 
 struct Block {
@@ -107,13 +140,6 @@ void fail_not_finite(std::span<const Pose> poses, std::span<PairStatus> status, 
 }
 
 /// @pre finite poses.
-void settle_one_by_one(const SolidSet& set, const Batch& batch, std::span<const Pose> poses,
-                       std::span<PairStatus> status) {
-  for (std::size_t i = 0; i < batch.count; ++i)
-    status[batch.slots[i]] = to_status(placed_meet(set, {batch.pairs[i].a, batch.pairs[i].b}, poses));
-}
-
-/// @pre finite poses.
 Certified certify_aligned_boxes(const SolidSet& set, const SolidPair& pair, std::span<const Pose> poses) {
   const Pose& X_WA = poses[pair.a];
   const Pose& X_WB = poses[pair.b];
@@ -122,19 +148,41 @@ Certified certify_aligned_boxes(const SolidSet& set, const SolidPair& pair, std:
                                        X_WB);
 }
 
-/// Certificates of the depth kernels, whose margins are the finest. @pre finite poses.
-void certify_by_depth(const SolidSet& set, const Kernels& kernels, SolidKind kind, const Batch& batch,
-                      std::span<const Pose> poses, std::array<Certified, kBlock>& certified) {
+void compute_depths(const SolidSet& set, const Kernels& kernels, SolidKind kind,
+                    std::span<const PairIndices> pairs, std::span<const Pose> poses, DepthRecord* depths) {
+  if (kind == SolidKind::box)
+    kernels.compute_box_depths(records_of(poses), set.boxes.data(), pairs.data(), pairs.size(), depths);
+  else
+    kernels.compute_parallelepiped_depths(records_of(poses), set.parallelepiped_edges.data(), pairs.data(),
+                                          pairs.size(), depths);
+}
+
+/// By comparing coordinates, then by the depth kernels, whose margins are the finest and whose axis the hulls
+/// touch along, then by the hulls. @pre finite poses.
+void settle_closely(const SolidSet& set, const Kernels& kernels, SolidKind kind, Batch& batch,
+                    std::span<const Pose> poses, std::span<PairStatus> status) {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < batch.count; ++i) {
+    const PairIndices pair = batch.pairs[i];
+    const std::uint16_t slot = batch.slots[i];
+    const Certified certified = certify_by_coordinates(set, {pair.a, pair.b}, poses);
+    if (certified == Certified::unknown)
+      batch.pairs[kept] = pair, batch.slots[kept++] = slot;
+    else
+      status[slot] = to_status(certified == Certified::overlapping);
+  }
+  batch.count = kept;
   std::array<DepthRecord, kDepths> depths;
   for (std::size_t first = 0; first < batch.count; first += kDepths) {
     const std::size_t here = std::min(kDepths, batch.count - first);
-    const PairIndices* pairs = &batch.pairs[first];
-    if (kind == SolidKind::box)
-      kernels.compute_box_depths(records_of(poses), set.boxes.data(), pairs, here, depths.data());
-    else
-      kernels.compute_parallelepiped_depths(records_of(poses), set.parallelepiped_edges.data(), pairs, here,
-                                            depths.data());
-    for (std::size_t i = 0; i < here; ++i) certified[first + i] = depths[i].certified;
+    compute_depths(set, kernels, kind, std::span(batch.pairs).subspan(first, here), poses, depths.data());
+    for (std::size_t i = 0; i < here; ++i) {
+      const PairIndices pair = batch.pairs[first + i];
+      const Certified certified = depths[i].certified;
+      const bool meet = certified == Certified::unknown ? placed_meet(set, {pair.a, pair.b}, poses, depths[i])
+                                                        : certified == Certified::overlapping;
+      status[batch.slots[first + i]] = to_status(meet);
+    }
   }
 }
 
@@ -153,9 +201,7 @@ void settle_boxes(const SolidSet& set, const Kernels& kernels, std::span<const P
   for (std::size_t i = 0; i < block.boxes.count; ++i)
     block.certified[i] = certify_aligned_boxes(set, {block.boxes.pairs[i].a, block.boxes.pairs[i].b}, poses);
   write_certified(block.boxes, block.certified, status, block.rest);
-  certify_by_depth(set, kernels, SolidKind::box, block.rest, poses, block.certified);
-  write_certified(block.rest, block.certified, status, block.boxes);
-  settle_one_by_one(set, block.boxes, poses, status);
+  settle_closely(set, kernels, SolidKind::box, block.rest, poses, status);
 }
 
 void settle_parallelepipeds(const SolidSet& set, const Kernels& kernels, std::span<const Pose> poses,
@@ -165,9 +211,7 @@ void settle_parallelepipeds(const SolidSet& set, const Kernels& kernels, std::sp
                                   block.certified.data());
   write_certified(block.parallelepipeds, block.certified, status, block.rest);
   fail_not_finite(poses, status, block.rest);
-  certify_by_depth(set, kernels, SolidKind::parallelepiped, block.rest, poses, block.certified);
-  write_certified(block.rest, block.certified, status, block.parallelepipeds);
-  settle_one_by_one(set, block.parallelepipeds, poses, status);
+  settle_closely(set, kernels, SolidKind::parallelepiped, block.rest, poses, status);
 }
 
 // The cache keeps a separating axis, from A to B, as floats: rounding it hardly narrows the gap.
@@ -215,7 +259,9 @@ void settle_others(const SolidSet& set, const Kernels& kernels, std::span<const 
   }
   write_certified(others, block.certified, status, block.rest);
   fail_not_finite(poses, status, block.rest);
-  settle_one_by_one(set, block.rest, poses, status);
+  const Batch& rest = block.rest;
+  for (std::size_t i = 0; i < rest.count; ++i)
+    status[rest.slots[i]] = to_status(general_meet(set, {rest.pairs[i].a, rest.pairs[i].b}, poses));
 }
 
 void overlap_block(const SolidSet& set, const Kernels& kernels, std::span<const SolidPair> pairs,
@@ -244,11 +290,10 @@ void overlap_block(const SolidSet& set, const Kernels& kernels, std::span<const 
   if (block.others.count > 0) settle_others(set, kernels, poses, status, cache, block);
 }
 
-/// One pair by its kind's filters, the quickest first; see settle_boxes().
+/// One pair by its kind's filters, the quickest first; see settle_boxes(). @param depth set where unknown.
 Certified certify_one(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
-                      std::span<const Pose> poses) {
+                      std::span<const Pose> poses, DepthRecord& depth) {
   const SolidKind kind = kind_of(set, pair);
-  if (kind == SolidKind::general) return Certified::unknown;
   const PoseRecord* X_W = records_of(poses);
   Certified certified = Certified::unknown;
   // In two lanes the scalar filter, which stops at the first face that separates, is faster.
@@ -261,21 +306,24 @@ Certified certify_one(const SolidSet& set, const Kernels& kernels, const SolidPa
   if (is_ordinary(set, pair.a, poses[pair.a], pair.b, poses[pair.b]))
     certified = certify_kinds(set, pair, poses);
   if (certified != Certified::unknown) return certified;
-  DepthRecord depth;
+  certified = certify_by_coordinates(set, pair, poses);
+  if (certified != Certified::unknown) return certified;
   const PairIndices indices{pair.a, pair.b};
-  if (kind == SolidKind::box)
-    kernels.compute_box_depths(X_W, set.boxes.data(), &indices, 1, &depth);
-  else
-    kernels.compute_parallelepiped_depths(X_W, set.parallelepiped_edges.data(), &indices, 1, &depth);
+  compute_depths(set, kernels, kind, {&indices, 1}, poses, &depth);
   return depth.certified;
 }
 
 PairStatus overlap_one(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
                        std::span<const Pose> poses) {
-  const Certified certified = certify_one(set, kernels, pair, poses);
+  if (kind_of(set, pair) == SolidKind::general) {
+    if (!has_finite_poses(pair, poses)) return PairStatus::failed;
+    return to_status(general_meet(set, pair, poses));
+  }
+  DepthRecord depth{};
+  const Certified certified = certify_one(set, kernels, pair, poses, depth);
   if (certified != Certified::unknown) return to_status(certified == Certified::overlapping);
   if (!has_finite_poses(pair, poses)) return PairStatus::failed;
-  return to_status(placed_meet(set, pair, poses));
+  return to_status(placed_meet(set, pair, poses, depth));
 }
 
 }  // namespace
@@ -290,12 +338,18 @@ Certified certify_kinds(const SolidSet& set, const SolidPair& pair, std::span<co
   return certify_parallelepipeds(set.parallelepipeds[pair.a], X_WA, set.parallelepipeds[pair.b], X_WB);
 }
 
-bool hulls_meet(const PlacedPair& placed) {
+bool hulls_meet(const PlacedPair& placed, const DepthRecord& depth) {
+  const bool has_axis = depth.known != DepthKnown::nothing;
+  Certified certified = Certified::unknown;
+  if (has_axis) certified = certify_flush_along(placed, Vector3(depth.n[0], depth.n[1], depth.n[2]));
+  if (certified != Certified::unknown) return certified == Certified::overlapping;
   Portal portal;
-  Certified certified = certify_by_mpr(placed.pair.hulls, portal);
+  certified = certify_by_mpr(placed.pair.hulls, portal);
   if (certified != Certified::unknown) return certified == Certified::overlapping;
   if (portal.found) {
-    certified = certify_touching(placed, portal);
+    certified = certify_flush_along(placed, portal);
+    if (certified != Certified::unknown) return certified == Certified::overlapping;
+    if (!has_axis) certified = certify_flush_along(placed, best_face_normal(placed.pair));
     if (certified != Certified::unknown) return certified == Certified::overlapping;
     certified = numerics::certify_near(placed.a_W, placed.b_W, {portal.a, portal.b});
     if (certified != Certified::unknown) return certified == Certified::overlapping;

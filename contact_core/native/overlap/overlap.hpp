@@ -12,8 +12,10 @@ namespace touchstone::native {
 /// @pre ordinary magnitudes.
 Certified certify_kinds(const SolidSet& set, const SolidPair& pair, std::span<const Pose> poses);
 
-/// Whether a placed pair meets: MPR, then GJK, then exact predicates.
-bool hulls_meet(const PlacedPair& placed);
+/// Whether a placed pair meets: its heights over the plane across the depth's axis, MPR, GJK, exact
+/// predicates.
+/// @param depth of the pair, which may know nothing.
+bool hulls_meet(const PlacedPair& placed, const DepthRecord& depth = {});
 
 /// @param cache empty, or one entry a pair. It keeps the last separating axis of general pairs in batches;
 /// other kinds, and single pairs, do not gain by it. Any contents are legal.
