@@ -17,8 +17,8 @@
 //  - across: 4 roundings of terms below D, so 8 u D for all three;
 //  - heights of at least kPlain = 2^-6 of their own hull's D: 4 u of that D, so 2^8 u of the height, which
 //    scaling leaves;
-//  - other heights: 2^-101 D from sums in double-double, and u of the height from its last rounding; scaled,
-//    with k at most kMostScale = 56, 2^-45 D and u of the scaled height.
+//  - other heights: 2^-101 D from sums in twice the precision (accurate_heights() below), and u of the height
+//    from its last rounding; scaled, with k at most kMostScale = 56, 2^-45 D and u of the scaled height.
 // All are below 2^11 u D: scaled heights that count are at most 2 D. certify_hulls() allows for coordinates
 // off by u * extent, so an extent of 2^12 D covers them, and what pushing (below) rounds.
 
@@ -53,15 +53,22 @@ Double2 along(const Vector3& axis, Double2 x, Double2 y, Double2 z) {
   return (axis.x() * x + axis.y() * y) + axis.z() * z;
 }
 
-/// The heights of two vertices, right to their last bit however small.
+/// The heights of two vertices, right to their last bit however small (the dot product in twice the
+/// precision of Ogita, Rump and Oishi 2005). Differences and products are exact with their low parts. As |n|
+/// <= 1, the products' high parts add up to D at most, so their low parts, those of the differences times
+/// n, and that of each sum of high parts, are u D at most. Adding all up, in the order below, rounds
+/// by 14 u^2 D < 2^-102 D, and once more with the high part.
 Double2 accurate_heights(const WorldVertices& v_W, int i, int j, const Vector3& n, const Vector3& p_W) {
-  const auto times = [](Double2 v, double p, double of_n) {
-    return two_sum(v, all<Double2>(-p)) * WideLanes{all<Double2>(of_n), Double2{}};
-  };
-  const WideLanes height = (times(Double2{v_W.x[i], v_W.x[j]}, p_W.x(), n.x()) +
-                            times(Double2{v_W.y[i], v_W.y[j]}, p_W.y(), n.y())) +
-                           times(Double2{v_W.z[i], v_W.z[j]}, p_W.z(), n.z());
-  return height.high;
+  const WideLanes dx = two_sum(Double2{v_W.x[i], v_W.x[j]}, all<Double2>(-p_W.x())),
+                  dy = two_sum(Double2{v_W.y[i], v_W.y[j]}, all<Double2>(-p_W.y())),
+                  dz = two_sum(Double2{v_W.z[i], v_W.z[j]}, all<Double2>(-p_W.z()));
+  const WideLanes x = two_product(dx.high, all<Double2>(n.x())),
+                  y = two_product(dy.high, all<Double2>(n.y())),
+                  z = two_product(dz.high, all<Double2>(n.z()));
+  const WideLanes xy = two_sum(x.high, y.high), xyz = two_sum(xy.high, z.high);
+  const Double2 of_differences = (dx.low * n.x() + dy.low * n.y()) + dz.low * n.z();
+  const Double2 of_products = (x.low + y.low) + z.low;
+  return xyz.high + (((xy.low + xyz.low) + of_products) + of_differences);
 }
 
 /// Returns the largest |p - p_W|_1.
