@@ -160,22 +160,33 @@ bool all_far_within(const FramedHull& hull, const Vector3& axis, double sign, do
   return true;
 }
 
+FlushVerdict left_open(FlushMiss miss) { return {Certified::unknown, miss}; }
+
+/// @param axis where separated: along which.
+Certified certify_scaled(const HullPair& scaled, Vector3& axis) {
+  Portal portal;
+  Certified certified = certify_by_mpr(scaled, portal);
+  if (certified == Certified::unknown) certified = certify_hulls(scaled, Vector3::UnitZ(), portal.axis);
+  axis = portal.axis;
+  return certified;
+}
+
 }  // namespace
 
-Certified certify_flush(const WorldVertices& a_W, const WorldVertices& b_W, const Vector3& n_AB,
-                        const Vector3& p_W) {
+FlushVerdict certify_flush(const WorldVertices& a_W, const WorldVertices& b_W, const Vector3& n_AB,
+                           const Vector3& p_W) {
   const double length = norm(n_AB);
-  if (!(length > kLowest && length < kHighest)) return Certified::unknown;
+  if (!(length > kLowest && length < kHighest)) return left_open(FlushMiss::plane);
   const TangentFrame frame = tangent_frame(n_AB / length);
   FramedHull a, b;
   const double reach = std::max(to_frame(a_W, frame, p_W, a), to_frame(b_W, frame, p_W, b));
-  if (!(reach > kLowest && reach < kHighest)) return Certified::unknown;
-  if (!sort_vertices(a, -1.0, reach) || !sort_vertices(b, 1.0, reach)) return Certified::unknown;
-  if (share_vertex(a_W, a, b_W, b)) return Certified::overlapping;
+  if (!(reach > kLowest && reach < kHighest)) return left_open(FlushMiss::pair);
+  if (!sort_vertices(a, -1.0, reach) || !sort_vertices(b, 1.0, reach)) return left_open(FlushMiss::plane);
+  if (share_vertex(a_W, a, b_W, b)) return {Certified::overlapping, FlushMiss::none};
   const double height = std::max(greatest_height(a), greatest_height(b));
-  if (height == 0.0) return Certified::unknown;
+  if (height == 0.0) return left_open(FlushMiss::pair);
   const int exponent = std::ilogb(reach) - std::ilogb(height);
-  if (exponent > kMostScale) return Certified::unknown;
+  if (exponent > kMostScale) return left_open(FlushMiss::pair);
   const double scale = std::ldexp(1.0, exponent);
 
   HullPair scaled;
@@ -184,16 +195,17 @@ Certified certify_flush(const WorldVertices& a_W, const WorldVertices& b_W, cons
   scale_near(a, a.near[0], scale, 2.0 * reach, scaled.a);
   scale_near(b, b.near[b.near_count - 1], scale, 2.0 * reach, scaled.b);
   scaled.extent = kErrors * reach;
-  Portal portal;
-  Certified certified = certify_by_mpr(scaled, portal);
-  if (certified == Certified::unknown) certified = certify_hulls(scaled, Vector3::UnitZ(), portal.axis);
-  if (certified != Certified::separated) return certified;
-  const Vector3& axis = portal.axis;
-  const double high_of_a = support_high(scaled.a, axis).value, low_of_b = support_low(scaled.b, axis).value;
-  return all_far_within(a, axis, 1.0, high_of_a, scale, reach) &&
-                 all_far_within(b, axis, -1.0, -low_of_b, scale, reach)
-             ? Certified::separated
-             : Certified::unknown;
+  Vector3 axis;
+  const Certified certified = certify_scaled(scaled, axis);
+  if (certified == Certified::overlapping) return {certified, FlushMiss::none};
+  if (certified == Certified::separated) {
+    const double high_of_a = support_high(scaled.a, axis).value, low_of_b = support_low(scaled.b, axis).value;
+    if (all_far_within(a, axis, 1.0, high_of_a, scale, reach) &&
+        all_far_within(b, axis, -1.0, -low_of_b, scale, reach))
+      return {certified, FlushMiss::none};
+  }
+  const bool are_edges = a.near_count <= 2 && b.near_count <= 2;
+  return left_open(are_edges ? FlushMiss::pair : FlushMiss::rounding);
 }
 
 }  // namespace touchstone::native

@@ -1,9 +1,24 @@
 #pragma once
 
+#include <cstdint>
+
 #include "touchstone/contact_core/native/common/hull_pair.hpp"
 #include "touchstone/contact_core/numerics/certified.hpp"
 
 namespace touchstone::native {
+
+/// Why certify_flush() left a pair open.
+enum class FlushMiss : std::uint8_t {
+  none,
+  plane,     ///< the hulls do not touch this plane from two sides
+  rounding,  ///< faces too near to tell: along another plane's normal they may be told
+  pair,      ///< edges that cross, vertices exactly in the plane, or magnitudes: no other plane tells more
+};
+
+struct FlushVerdict {
+  numerics::Certified certified = numerics::Certified::unknown;
+  FlushMiss miss = FlushMiss::plane;
+};
 
 /// Whether two hulls meet that touch, but for rounding, in a common plane: boxes that lie flush in a turned
 /// frame. Their vertices there are off the plane by an ulp or so; measured along the plane's normal in twice
@@ -13,7 +28,7 @@ namespace touchstone::native {
 /// @param p_W on the plane, but for rounding.
 /// @returns unknown where nothing is certain: among others where the vertices near the plane are exactly on
 /// it.
-numerics::Certified certify_flush(const WorldVertices& a_W, const WorldVertices& b_W, const Vector3& n_AB,
-                                  const Vector3& p_W);
+FlushVerdict certify_flush(const WorldVertices& a_W, const WorldVertices& b_W, const Vector3& n_AB,
+                           const Vector3& p_W);
 
 }  // namespace touchstone::native

@@ -52,14 +52,14 @@ Vector3 best_face_normal(const PosedPair& pair) {
 }
 
 /// The plane across n through A's supporting vertex.
-Certified certify_flush_along(const PlacedPair& placed, const Vector3& n) {
+FlushVerdict certify_flush_along(const PlacedPair& placed, const Vector3& n) {
   const int support = support_high(placed.pair.hulls.a, n).index;
   return certify_flush(placed.a_W, placed.b_W, n, placed.a_W.vertex(support));
 }
 
 /// The plane of a portal at W's boundary, where faces touch, or nearly: theirs unless the portal is a sliver,
 /// as where vertices coincide.
-Certified certify_flush_along(const PlacedPair& placed, const Portal& portal) {
+FlushVerdict certify_flush_along(const PlacedPair& placed, const Portal& portal) {
   const HullPair& hulls = placed.pair.hulls;
   std::array<Vector3, 3> w;
   for (int k = 0; k < 3; ++k) w[k] = hulls.b.vertex(portal.b[k]) - hulls.a.vertex(portal.a[k]);
@@ -340,17 +340,17 @@ Certified certify_kinds(const SolidSet& set, const SolidPair& pair, std::span<co
 
 bool hulls_meet(const PlacedPair& placed, const DepthRecord& depth) {
   const bool has_axis = depth.known != DepthKnown::nothing;
-  Certified certified = Certified::unknown;
-  if (has_axis) certified = certify_flush_along(placed, Vector3(depth.n[0], depth.n[1], depth.n[2]));
-  if (certified != Certified::unknown) return certified == Certified::overlapping;
+  FlushVerdict flush;
+  if (has_axis) flush = certify_flush_along(placed, Vector3(depth.n[0], depth.n[1], depth.n[2]));
+  if (flush.certified != Certified::unknown) return flush.certified == Certified::overlapping;
   Portal portal;
-  certified = certify_by_mpr(placed.pair.hulls, portal);
+  Certified certified = certify_by_mpr(placed.pair.hulls, portal);
   if (certified != Certified::unknown) return certified == Certified::overlapping;
   if (portal.found) {
-    certified = certify_flush_along(placed, portal);
-    if (certified != Certified::unknown) return certified == Certified::overlapping;
-    if (!has_axis) certified = certify_flush_along(placed, best_face_normal(placed.pair));
-    if (certified != Certified::unknown) return certified == Certified::overlapping;
+    if (!has_axis || flush.miss == FlushMiss::rounding) flush = certify_flush_along(placed, portal);
+    if (!has_axis && (flush.miss == FlushMiss::rounding || flush.miss == FlushMiss::plane))
+      flush = certify_flush_along(placed, best_face_normal(placed.pair));
+    if (flush.certified != Certified::unknown) return flush.certified == Certified::overlapping;
     certified = numerics::certify_near(placed.a_W, placed.b_W, {portal.a, portal.b});
     if (certified != Certified::unknown) return certified == Certified::overlapping;
   }

@@ -56,7 +56,7 @@ int count_unknown(std::uint64_t seed, Shape shape, double reach, int most_ulps, 
   for (int i = 0; i < count; ++i) {
     const double ulps = most_ulps == 0 ? 0.0 : random.below(2 * most_ulps + 1) - most_ulps;
     const FlushPair pair = flush_pair(random, shape, reach, ulps);
-    const Certified found = native::certify_flush(pair.a, pair.b, pair.n_W, pair.p_W);
+    const Certified found = native::certify_flush(pair.a, pair.b, pair.n_W, pair.p_W).certified;
     if (found == Certified::unknown)
       ++unknown;
     else
@@ -84,7 +84,7 @@ TEST(CertifyFlush, GuessesThatAreOffAreUnknownOrRight) {
     const double off = std::ldexp(1.0, -random.below(60));
     pair.n_W += off * random.vector(1.0);
     pair.p_W += (i % 2 == 0 ? 0.0 : off) * random.vector(1.0);
-    const Certified found = native::certify_flush(pair.a, pair.b, pair.n_W, pair.p_W);
+    const Certified found = native::certify_flush(pair.a, pair.b, pair.n_W, pair.p_W).certified;
     if (found == Certified::unknown) continue;
     EXPECT_EQ(found == Certified::overlapping, numerics::hulls_intersect(pair.a, pair.b)) << i;
   }
@@ -105,7 +105,7 @@ TEST(CertifyFlush, EdgesAndCornersThatTouchAreUnknownOrRight) {
       pair.b.y[k] -= lowest * pair.n_W.y();
       pair.b.z[k] -= lowest * pair.n_W.z();
     }
-    const Certified found = native::certify_flush(pair.a, pair.b, pair.n_W, pair.p_W);
+    const Certified found = native::certify_flush(pair.a, pair.b, pair.n_W, pair.p_W).certified;
     if (found == Certified::unknown) continue;
     ++known;
     EXPECT_EQ(found == Certified::overlapping, numerics::hulls_intersect(pair.a, pair.b)) << i;
@@ -122,12 +122,42 @@ TEST(CertifyFlush, OrdinaryAndExtremePairsAreUnknownOrRight) {
       for (auto* column : {&v->x, &v->y, &v->z})
         for (double& c : *column) c = std::ldexp(c, exponent);
     for (int k = 0; k < 3; ++k) pair.p_W(k) = std::ldexp(pair.p_W(k), exponent);
-    const Certified found = native::certify_flush(pair.a, pair.b, pair.n_W, pair.p_W);
+    const Certified found = native::certify_flush(pair.a, pair.b, pair.n_W, pair.p_W).certified;
     if (found == Certified::unknown) continue;
     EXPECT_LE(std::abs(exponent), 400);
     EXPECT_EQ(found == Certified::overlapping, numerics::hulls_intersect(pair.a, pair.b))
         << i << " " << exponent;
   }
+}
+
+/// Two unit cubes along the world's axes, B `gap` above A and a quarter aside.
+FlushPair stacked_cubes(double gap) {
+  const Hexahedron cube = Hexahedron::from_size({1, 1, 1});
+  Pose X_WB;
+  X_WB.p = {0.25, 0.25, 1.0 + gap};
+  FlushPair out;
+  world_vertices(cube, Pose{}, out.a);
+  world_vertices(cube, X_WB, out.b);
+  out.n_W = {0, 0, 1}, out.p_W = {0, 0, 0.5};
+  return out;
+}
+
+TEST(CertifyFlush, SaysWhetherAnotherPlaneMayTellMore) {
+  const auto ask = [](const FlushPair& pair) {
+    return native::certify_flush(pair.a, pair.b, pair.n_W, pair.p_W);
+  };
+  FlushPair pair = stacked_cubes(0x1p-52);
+  EXPECT_EQ(ask(pair).certified, Certified::separated);
+  EXPECT_EQ(ask(pair).miss, native::FlushMiss::none);
+  pair = stacked_cubes(0.0);  // exactly in the plane
+  EXPECT_EQ(ask(pair).certified, Certified::unknown);
+  EXPECT_EQ(ask(pair).miss, native::FlushMiss::pair);
+  pair = stacked_cubes(0x1p-52);
+  pair.n_W = {0.6, 0, 0.8};
+  EXPECT_EQ(ask(pair).certified, Certified::unknown);
+  EXPECT_EQ(ask(pair).miss, native::FlushMiss::plane);
+  pair.n_W = {0, 0, 0};
+  EXPECT_EQ(ask(pair).miss, native::FlushMiss::plane);
 }
 
 }  // namespace
