@@ -375,6 +375,7 @@ void sort_by_kind(const SolidSet& set, std::span<const Pose> poses, std::span<co
         break;
       case SolidKind::general:
         prefetch_pair(set.vertices, poses, pair);
+        for (const SolidIndex solid : {pair.a, pair.b}) prefetch(set.solids[solid]);
         out.others.add(pair, i);
         break;
     }
