@@ -289,15 +289,16 @@ TOUCHSTONE_INLINE Pack extent_of(const Zonotope<Pack>& W) {
   return largest(reach);
 }
 
-template <bool accurate, class Pack>
-TOUCHSTONE_INLINE LaneDistances<Pack> distance_lanes(const Zonotope<Pack>& W) {
+/// @param choose a Zonotope -> its FacetChoice
+template <bool accurate, class Pack, class Choose>
+TOUCHSTONE_INLINE LaneDistances<Pack> distance_lanes(const Zonotope<Pack>& W, const Choose& choose) {
   using Mask = MaskOf<Pack>;
   const Vector3Of<Pack>(&g)[6] = W.generator;
   LaneDistances<Pack> out{};
   if (accurate) out.tried = W.ordinary;
   out.fits = W.ordinary & W.near;
   if (bits(out.fits) == 0) return out;
-  const FacetChoice<Pack> choice = choose_facet<accurate>(W);
+  const FacetChoice<Pack> choice = choose(W);
   if (!accurate) out.fits &= choice.outside;
   if (bits(out.fits) == 0) return out;
 
@@ -313,7 +314,9 @@ TOUCHSTONE_INLINE LaneDistances<Pack> distance_lanes(const Zonotope<Pack>& W) {
   const Pack height = dot(n_facet, facet.c);
   const Mask on_facet = sum(v - height * n_facet) <= tolerance;
   Mask exact_enough = Mask{};
-  if constexpr (accurate) exact_enough = accurate_rim_point(W, facet, s1, s2, v);
+  if constexpr (accurate) {
+    if (bits(out.fits & ~on_facet) != 0) exact_enough = accurate_rim_point(W, facet, s1, s2, v);
+  }
 
   // |v| is an upper bound of the distance, the projections' gap along it a lower one: they must agree.
   const Pack v_length = square_root(dot(v, v));
@@ -425,16 +428,16 @@ TOUCHSTONE_INLINE void store_distances(const LaneDistances<Pack>& distances, std
   }
 }
 
-template <bool accurate, class Pack, template <class> class Kind, class Shape>
+template <bool accurate, class Pack, template <class> class Kind, class Shape, class Choose>
 TOUCHSTONE_INLINE void compute_distances_inline(const PoseRecord* poses, const Shape* shapes,
                                                 const PairIndices* pairs, std::size_t count,
-                                                DistanceRecord* out) {
+                                                DistanceRecord* out, const Choose& choose) {
   for_each_lanes<Pack>(poses, shapes, pairs, count,
                        [&](std::size_t first, std::size_t here, const auto& poses_a, const auto& shapes_a,
                            const auto& poses_b, const auto& shapes_b) {
                          Zonotope<Pack> W;
                          Kind<Pack>::gather_zonotope(poses_a, shapes_a, poses_b, shapes_b, W);
-                         store_distances(distance_lanes<accurate>(W), here, out + first);
+                         store_distances(distance_lanes<accurate>(W, choose), here, out + first);
                        });
 }
 

@@ -9,6 +9,7 @@
 #include "touchstone/contact_core/native/simd/hull_kernels.hpp"
 #include "touchstone/contact_core/native/simd/manifold_kernels.hpp"
 #include "touchstone/contact_core/native/simd/mpr_kernels.hpp"
+#include "touchstone/contact_core/native/simd/pair_facets.hpp"
 #include "touchstone/contact_core/native/simd/parallelepiped_kernels.hpp"
 
 // The table of one instruction set: included by kernels_<isa>.cpp only.
@@ -74,10 +75,19 @@ struct Table {
   template <bool accurate, template <class> class Kind, class Shape>
   static void compute_distances(const PoseRecord* poses, const Shape* shapes, const PairIndices* pairs,
                                 std::size_t count, DistanceRecord* out) {
+    // In two lanes four facets at a time are slower than one in both.
+    constexpr bool kHasFour = Traits<Pack>::lanes >= 4;
+    const auto choose_one = [](const Zonotope<Double2>& W) {
+      if constexpr (kHasFour)
+        return choose_pair_facet<accurate>(W);
+      else
+        return choose_facet<accurate>(W);
+    };
+    const auto choose = [](const Zonotope<Pack>& W) { return choose_facet<accurate>(W); };
     if (count == 1)
-      compute_distances_inline<accurate, Double2, Kind>(poses, shapes, pairs, count, out);
+      compute_distances_inline<accurate, Double2, Kind>(poses, shapes, pairs, count, out, choose_one);
     else
-      compute_distances_inline<accurate, Pack, Kind>(poses, shapes, pairs, count, out);
+      compute_distances_inline<accurate, Pack, Kind>(poses, shapes, pairs, count, out, choose);
   }
 
   static void compute_hull_distances(const PoseRecord* poses, const VertexRecord* shapes,
