@@ -178,6 +178,23 @@ TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_box_lanes(const BoxLanes<Pack>& A, 
   return {(slack < -margin) & s.ordinary, (slack > margin) & s.ordinary};
 }
 
+/// One pair, in all lanes.
+template <class Pack>
+TOUCHSTONE_INLINE Certified certify_one_of_many(const PoseRecord& X_WA, const BoxRecord& a,
+                                                const PoseRecord& X_WB, const BoxRecord& b) {
+  constexpr int kLanes = Traits<Pack>::lanes;
+  const double *poses_a[kLanes], *poses_b[kLanes], *shapes_a[kLanes], *shapes_b[kLanes];
+  for (int l = 0; l < kLanes; ++l) {
+    poses_a[l] = X_WA.R, poses_b[l] = X_WB.R;
+    shapes_a[l] = a.half_extents, shapes_b[l] = b.half_extents;
+  }
+  BoxLanes<Pack> A, B;
+  gather_boxes<Pack>(poses_a, shapes_a, A);
+  gather_boxes<Pack>(poses_b, shapes_b, B);
+  const LaneVerdicts<Pack> verdicts = certify_box_lanes(A, B);
+  return verdict((bits(verdicts.separated) & 1u) != 0, (bits(verdicts.overlapping) & 1u) != 0);
+}
+
 /// orthonormality_defect() of the pose.
 template <class Pack>
 TOUCHSTONE_INLINE Pack defect_of(const Vector3Of<Pack> (&axis)[3]) {

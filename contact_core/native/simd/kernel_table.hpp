@@ -18,9 +18,16 @@ namespace touchstone::native::TOUCHSTONE_ISA {
 
 template <class Pack>
 struct Table {
+  /// Verdicts, depths and distances of one pair take four of its axes or facets at a time. In two lanes the
+  /// kernels of many pairs are faster, for one pair, too.
+  static constexpr bool kHasFour = Traits<Pack>::lanes >= 4;
+
   static Certified certify_box_pair(const PoseRecord& X_WA, const BoxRecord& a, const PoseRecord& X_WB,
                                     const BoxRecord& b) {
-    return certify_box_pair_inline(X_WA, a, X_WB, b);
+    if constexpr (kHasFour)
+      return certify_box_pair_inline(X_WA, a, X_WB, b);
+    else
+      return certify_one_of_many<Pack>(X_WA, a, X_WB, b);
   }
 
   static void certify_boxes(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
@@ -53,7 +60,7 @@ struct Table {
 
   static void compute_box_depths(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
                                  std::size_t count, DepthRecord* out) {
-    if (count == 1)
+    if (kHasFour && count == 1)
       compute_box_pair_depth(poses[pairs->a], shapes[pairs->a], poses[pairs->b], shapes[pairs->b], out);
     else
       compute_depths_inline<Pack, BoxSolid>(poses, shapes, pairs, count, out);
@@ -75,8 +82,6 @@ struct Table {
   template <bool accurate, template <class> class Kind, class Shape>
   static void compute_distances(const PoseRecord* poses, const Shape* shapes, const PairIndices* pairs,
                                 std::size_t count, DistanceRecord* out) {
-    // In two lanes four facets at a time are slower than one in both.
-    constexpr bool kHasFour = Traits<Pack>::lanes >= 4;
     const auto choose_one = [](const Zonotope<Double2>& W) {
       if constexpr (kHasFour)
         return choose_pair_facet<accurate>(W);
