@@ -2,7 +2,9 @@
 
 #include "touchstone/contact_core/native/simd/pack.hpp"
 
-// Products of doubles without their rounding (Dekker 1971), in lanes.
+// Products of doubles without their rounding, in lanes: by fused multiplication where the instruction set has
+// it, else by splitting (Dekker 1971). Both find the same bits: what rounding took from a product is a double
+// where the product is at least kLeastProduct, and counts as 0 below.
 
 namespace touchstone::native::TOUCHSTONE_ISA {
 
@@ -19,15 +21,39 @@ TOUCHSTONE_INLINE Wide<Pack> exact_sum(Pack x, Pack y) {
   return {sum, (x - (sum - y_part)) + (y - y_part)};
 }
 
-/// x y exactly.
+/// The last bit of x y is 2^-105 of it at least: of products from here on no double is too small for it.
+constexpr double kLeastProduct = 0x1p-960;
+
+/// x y - product, product = x y rounded.
+#if defined(__FMA__)
+TOUCHSTONE_INLINE Double2 product_error(Double2 x, Double2 y, Double2 product) {
+  return (Double2)_mm_fmsub_pd((__m128d)x, (__m128d)y, (__m128d)product);
+}
+TOUCHSTONE_INLINE Double4 product_error(Double4 x, Double4 y, Double4 product) {
+  return (Double4)_mm256_fmsub_pd((__m256d)x, (__m256d)y, (__m256d)product);
+}
+#if defined(__AVX512F__)
+TOUCHSTONE_INLINE Double8 product_error(Double8 x, Double8 y, Double8 product) {
+  return (Double8)_mm512_fmsub_pd((__m512d)x, (__m512d)y, (__m512d)product);
+}
+#endif
+#else
 template <class Pack>
-TOUCHSTONE_INLINE Wide<Pack> exact_product(Pack x, Pack y) {
+TOUCHSTONE_INLINE Pack product_error(Pack x, Pack y, Pack product) {
   const Pack splitter = all<Pack>(0x1p27 + 1.0);
   const Pack tx = splitter * x, ty = splitter * y;
   const Pack xh = tx - (tx - x), yh = ty - (ty - y);
   const Pack xl = x - xh, yl = y - yh;
+  return ((xh * yh - product) + xh * yl + xl * yh) + xl * yl;
+}
+#endif
+
+/// x y exactly, where at least kLeastProduct.
+template <class Pack>
+TOUCHSTONE_INLINE Wide<Pack> exact_product(Pack x, Pack y) {
   const Pack product = x * y;
-  return {product, ((xh * yh - product) + xh * yl + xl * yh) + xl * yl};
+  const MaskOf<Pack> counts = magnitude(product) >= all<Pack>(kLeastProduct);
+  return {product, (Pack)(counts & (MaskOf<Pack>)product_error(x, y, product))};
 }
 
 /// p x - q y to about one rounding, however much cancels.

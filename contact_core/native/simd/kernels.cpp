@@ -22,7 +22,7 @@ KernelList find_available() {
   KernelList list{{&kernels_generic, nullptr, nullptr}, 1};
 #if defined(__x86_64__)
   // These ask the operating system too: whether it saves the wide registers.
-  if (__builtin_cpu_supports("avx2")) list.of[list.count++] = &kernels_avx2;
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) list.of[list.count++] = &kernels_avx2;
   if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
       __builtin_cpu_supports("avx512vl") && list.count == 2)
     list.of[list.count++] = &kernels_avx512;

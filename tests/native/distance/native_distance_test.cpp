@@ -152,6 +152,48 @@ TEST(NativeApart, EveryInstructionSetHasTheSameBits) {
   }
 }
 
+/// Products of a turn so small are no double's, or have an error that is none: fused or split, what counts is
+/// the same.
+TEST(NativeApart, TurnsOfAnySmallnessHaveTheSameBitsOnEveryInstructionSet) {
+  Random random(36);
+  Scene scene;
+  std::vector<PairIndices> pairs;
+  for (int exponent = -1070; exponent < -40; exponent += 2) {
+    const double turn = std::ldexp(1.0, exponent);
+    Pair pair{random.box(), random.box(), Pose{}, Pose{}};
+    pair.X_WA.R << 1, -turn, turn, turn, 1, -turn, -turn, turn, 1;
+    pair.X_WB.R << 1, turn, -2 * turn, -turn, 1, turn, 2 * turn, -turn, 1;
+    pair.X_WB.p = {random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(2.1, 2.5)};
+    scene.add(pair);
+    pairs.push_back({scene.pairs.back().a, scene.pairs.back().b});
+  }
+  const native::SolidSet set = native::make_solid_set(scene.solids);
+  const native::KernelList& list = native::available_kernels();
+  const auto run_accurately = [&](const Kernels& kernels, std::size_t size) {
+    std::vector<DistanceRecord> out(pairs.size());
+    for (std::size_t i = 0; i < pairs.size(); i += size)
+      native::compute_distances_accurately(
+          set, kernels, SolidKind::box, scene.poses,
+          std::span<const PairIndices>(pairs).subspan(i, std::min(size, pairs.size() - i)), &out[i]);
+    return out;
+  };
+  const std::vector<DistanceRecord> plain = run_accurately(*list.of[0], pairs.size());
+  for (int k = 0; k < list.count; ++k) {
+    for (const std::size_t size : {std::size_t{1}, pairs.size()}) {
+      const std::vector<DistanceRecord> other = run_accurately(*list.of[k], size);
+      for (std::size_t i = 0; i < plain.size(); ++i) {
+        ASSERT_EQ(plain[i].state, other[i].state) << list.of[k]->isa << " " << i;
+        ASSERT_GE(plain[i].state, native::DistanceState::if_separated);
+        ASSERT_TRUE(same_bits(plain[i].separation, other[i].separation)) << list.of[k]->isa << " " << i;
+        for (int c = 0; c < 3; ++c) {
+          ASSERT_TRUE(same_bits(plain[i].n[c], other[i].n[c])) << list.of[k]->isa << " " << i;
+          ASSERT_TRUE(same_bits(plain[i].from_A[c], other[i].from_A[c])) << list.of[k]->isa << " " << i;
+        }
+      }
+    }
+  }
+}
+
 TEST(NativeApart, ExchangingTheSolidsKeepsEveryBit) {
   Random random(33);
   for (int i = 0; i < 600; ++i) {
