@@ -189,19 +189,15 @@ void settle_closely(const SolidSet& set, const Kernels& kernels, SolidKind kind,
 /// The order in which the distance query asks, too: rounded margins, coordinates, exact arithmetic last.
 void settle_boxes(const SolidSet& set, const Kernels& kernels, std::span<const Pose> poses,
                   std::span<PairStatus> status, Block& block) {
-  const auto certify = [&](const auto& kernel, const Batch& batch) {
-    kernel(records_of(poses), set.boxes.data(), batch.pairs.data(), batch.count, block.certified.data());
-  };
-  certify(kernels.certify_boxes, block.boxes);
+  kernels.certify_boxes(records_of(poses), set.boxes.data(), block.boxes.pairs.data(), block.boxes.count,
+                        block.certified.data());
   write_certified(block.boxes, block.certified, status, block.rest);
   if (block.rest.count == 0) return;
-  certify(kernels.certify_boxes_closely, block.rest);
+  fail_not_finite(poses, status, block.rest);
+  for (std::size_t i = 0; i < block.rest.count; ++i)
+    block.certified[i] = certify_aligned_boxes(set, {block.rest.pairs[i].a, block.rest.pairs[i].b}, poses);
   write_certified(block.rest, block.certified, status, block.boxes);
-  fail_not_finite(poses, status, block.boxes);
-  for (std::size_t i = 0; i < block.boxes.count; ++i)
-    block.certified[i] = certify_aligned_boxes(set, {block.boxes.pairs[i].a, block.boxes.pairs[i].b}, poses);
-  write_certified(block.boxes, block.certified, status, block.rest);
-  settle_closely(set, kernels, SolidKind::box, block.rest, poses, status);
+  settle_closely(set, kernels, SolidKind::box, block.boxes, poses, status);
 }
 
 void settle_parallelepipeds(const SolidSet& set, const Kernels& kernels, std::span<const Pose> poses,

@@ -167,6 +167,39 @@ TOUCHSTONE_INLINE void find_slacks(const BoxLanes<Pack>& A, const BoxLanes<Pack>
   out.ordinary = (out.size + out.position) + reaches < all<Pack>(kOrdinaryHigh);
 }
 
+/// orthonormality_defect() of the pose.
+template <class Pack>
+TOUCHSTONE_INLINE Pack defect_of(const Vector3Of<Pack> (&axis)[3]) {
+  Pack defect{};
+  for (int i = 0; i < 3; ++i)
+    for (int j = i; j < 3; ++j)
+      defect = greatest(magnitude(dot(axis[i], axis[j]) - all<Pack>(i == j ? 1.0 : 0.0)), defect);
+  return defect;
+}
+
+/// The second pass of certify_boxes: measured delta, and parallel edges left out. @param lowest of all slacks
+template <class Pack>
+TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_box_lanes_closely(const BoxLanes<Pack>& A,
+                                                               const BoxLanes<Pack>& B,
+                                                               const BoxSlacks<Pack>& s, Pack lowest) {
+  const Pack defect = greatest(defect_of(A.axis), defect_of(B.axis)) + all<Pack>(6 * kU);
+  Pack margin = (all<Pack>(kDefectFactor) * defect + all<Pack>(kSizeRoundoffs * kU)) * s.size +
+                all<Pack>(kPositionRoundoffs * kU) * s.position;
+  Pack slack = s.face, turn{};
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      const Pack sine = (s.abs_C[i][(j + 1) % 3] + s.abs_C[i][(j + 2) % 3]) + all<Pack>(8 * kU);
+      const MaskOf<Pack> parallel = (s.abs_C[i][j] > all<Pack>(0.5)) & (sine < all<Pack>(kNearlyParallel));
+      turn += select<Pack>(parallel, sine + defect, Pack{});
+      slack = select<Pack>(parallel, slack, least(slack, s.cross[i][j]));
+    }
+  }
+  const MaskOf<Pack> separated = lowest < -margin;
+  margin += (all<Pack>(8.0) * turn) * s.size;
+  return {separated & s.ordinary, (slack > margin) & s.ordinary};
+}
+
+/// Both passes, the second where the first leaves a lane open.
 template <class Pack>
 TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_box_lanes(const BoxLanes<Pack>& A, const BoxLanes<Pack>& B) {
   BoxSlacks<Pack> s;
@@ -175,7 +208,10 @@ TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_box_lanes(const BoxLanes<Pack>& A, 
   Pack slack = s.face;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) slack = least(slack, s.cross[i][j]);
-  return {(slack < -margin) & s.ordinary, (slack > margin) & s.ordinary};
+  const LaneVerdicts<Pack> coarse = {(slack < -margin) & s.ordinary, (slack > margin) & s.ordinary};
+  if (bits(~(coarse.separated | coarse.overlapping)) == 0) return coarse;
+  const LaneVerdicts<Pack> close = certify_box_lanes_closely(A, B, s, slack);
+  return {coarse.separated | close.separated, coarse.overlapping | close.overlapping};
 }
 
 /// One pair, in all lanes.
@@ -195,41 +231,7 @@ TOUCHSTONE_INLINE Certified certify_one_of_many(const PoseRecord& X_WA, const Bo
   return verdict((bits(verdicts.separated) & 1u) != 0, (bits(verdicts.overlapping) & 1u) != 0);
 }
 
-/// orthonormality_defect() of the pose.
 template <class Pack>
-TOUCHSTONE_INLINE Pack defect_of(const Vector3Of<Pack> (&axis)[3]) {
-  Pack defect{};
-  for (int i = 0; i < 3; ++i)
-    for (int j = i; j < 3; ++j)
-      defect = greatest(magnitude(dot(axis[i], axis[j]) - all<Pack>(i == j ? 1.0 : 0.0)), defect);
-  return defect;
-}
-
-/// The second pass of certify_boxes: measured delta, and parallel edges left out.
-template <class Pack>
-TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_box_lanes_closely(const BoxLanes<Pack>& A,
-                                                               const BoxLanes<Pack>& B) {
-  BoxSlacks<Pack> s;
-  find_slacks(A, B, s);
-  const Pack defect = greatest(defect_of(A.axis), defect_of(B.axis)) + all<Pack>(6 * kU);
-  Pack margin = (all<Pack>(kDefectFactor) * defect + all<Pack>(kSizeRoundoffs * kU)) * s.size +
-                all<Pack>(kPositionRoundoffs * kU) * s.position;
-  Pack lowest = s.face, slack = s.face, turn{};
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) {
-      lowest = least(lowest, s.cross[i][j]);
-      const Pack sine = (s.abs_C[i][(j + 1) % 3] + s.abs_C[i][(j + 2) % 3]) + all<Pack>(8 * kU);
-      const MaskOf<Pack> parallel = (s.abs_C[i][j] > all<Pack>(0.5)) & (sine < all<Pack>(kNearlyParallel));
-      turn += select<Pack>(parallel, sine + defect, Pack{});
-      slack = select<Pack>(parallel, slack, least(slack, s.cross[i][j]));
-    }
-  }
-  const MaskOf<Pack> separated = lowest < -margin;
-  margin += (all<Pack>(8.0) * turn) * s.size;
-  return {separated & s.ordinary, (slack > margin) & s.ordinary};
-}
-
-template <class Pack, bool closely>
 TOUCHSTONE_INLINE void certify_boxes_inline(const PoseRecord* poses, const BoxRecord* shapes,
                                             const PairIndices* pairs, std::size_t count, Certified* out) {
   for_each_block<Pack>(
@@ -238,10 +240,7 @@ TOUCHSTONE_INLINE void certify_boxes_inline(const PoseRecord* poses, const BoxRe
         BoxLanes<Pack> A, B;
         gather_boxes<Pack>(poses_a, shapes_a, A);
         gather_boxes<Pack>(poses_b, shapes_b, B);
-        if constexpr (closely)
-          return certify_box_lanes_closely(A, B);
-        else
-          return certify_box_lanes(A, B);
+        return certify_box_lanes(A, B);
       });
 }
 

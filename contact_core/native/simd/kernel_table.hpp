@@ -32,12 +32,7 @@ struct Table {
 
   static void certify_boxes(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
                             std::size_t count, Certified* out) {
-    certify_boxes_inline<Pack, false>(poses, shapes, pairs, count, out);
-  }
-
-  static void certify_boxes_closely(const PoseRecord* poses, const BoxRecord* shapes,
-                                    const PairIndices* pairs, std::size_t count, Certified* out) {
-    certify_boxes_inline<Pack, true>(poses, shapes, pairs, count, out);
+    certify_boxes_inline<Pack>(poses, shapes, pairs, count, out);
   }
 
   static void certify_parallelepipeds(const PoseRecord* poses, const Parallelepiped* shapes,
@@ -126,7 +121,6 @@ struct Table {
             .lanes = Traits<Pack>::lanes,
             .certify_box_pair = certify_box_pair,
             .certify_boxes = certify_boxes,
-            .certify_boxes_closely = certify_boxes_closely,
             .certify_parallelepipeds = certify_parallelepipeds,
             .certify_by_mpr = certify_by_mpr,
             .certify_by_axis = certify_by_axis,

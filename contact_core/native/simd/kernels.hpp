@@ -141,15 +141,14 @@ struct Kernels {
   const char* isa;
   int lanes;  ///< pairs at a time
 
-  /// Overlap of boxes by their half-extents: the coarse pass of certify_boxes (box_box_overlap.hpp).
+  /// Overlap of boxes by their half-extents: the coarse pass of certify_boxes (box_box_overlap.hpp), in two
+  /// lanes both.
   Certified (*certify_box_pair)(const PoseRecord& X_WA, const BoxRecord& a, const PoseRecord& X_WB,
                                 const BoxRecord& b);
+  /// Both passes, the second for lanes that the first leaves open: it leaves only pairs that touch to
+  /// rounding, or nearly touch along edges at a small angle.
   void (*certify_boxes)(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
                         std::size_t count, Certified* out);
-  /// Its second pass, for pairs that the coarse one leaves unknown: slower, and leaves only those that touch
-  /// to rounding, or nearly touch along edges at a small angle.
-  void (*certify_boxes_closely)(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
-                                std::size_t count, Certified* out);
   /// As certify_parallelepipeds (parallelepiped_overlap.hpp).
   void (*certify_parallelepipeds)(const PoseRecord* poses, const Parallelepiped* shapes,
                                   const PairIndices* pairs, std::size_t count, Certified* out);

@@ -112,23 +112,24 @@ TEST(NativeKernels, TheSecondPassOverBoxesIsRightOnEveryInstructionSet) {
   const native::SolidSet set = native::make_solid_set(crowd.solids);
   std::vector<native::PairIndices> pairs;
   for (const SolidPair& pair : crowd.pairs) pairs.push_back({pair.a, pair.b});
-  std::vector<Certified> coarse(pairs.size()), first(pairs.size()), close(pairs.size());
+  std::vector<Certified> first(pairs.size()), close(pairs.size());
   const native::KernelList& list = native::available_kernels();
   for (int k = 0; k < list.count; ++k) {
     SCOPED_TRACE(list.of[k]->isa);
-    list.of[k]->certify_boxes(records(crowd), set.boxes.data(), pairs.data(), pairs.size(), coarse.data());
-    list.of[k]->certify_boxes_closely(records(crowd), set.boxes.data(), pairs.data(), pairs.size(),
-                                      close.data());
+    list.of[k]->certify_boxes(records(crowd), set.boxes.data(), pairs.data(), pairs.size(), close.data());
     int left_by_coarse = 0, left = 0;
     for (std::size_t i = 0; i < pairs.size(); ++i) {
-      left_by_coarse += coarse[i] == Certified::unknown ? 1 : 0;
+      const auto [a, b] = pairs[i];
+      const Certified coarse =
+          list.of[k]->certify_box_pair(records(crowd)[a], set.boxes[a], records(crowd)[b], set.boxes[b]);
+      left_by_coarse += coarse == Certified::unknown ? 1 : 0;
       left += close[i] == Certified::unknown ? 1 : 0;
       if (close[i] == Certified::unknown) continue;
       ASSERT_EQ(close[i] == Certified::overlapping, crowd.meet[i]) << i;
       // The scalar filter, which is the same, agrees.
       ASSERT_EQ(close[i], native::certify_kinds(set, crowd.pairs[i], crowd.poses)) << i;
     }
-    EXPECT_GT(left_by_coarse, 2000);
+    if (list.of[k]->lanes > 2) EXPECT_GT(left_by_coarse, 2000);
     EXPECT_LT(left, 1000);
     if (k == 0) first = close;
     EXPECT_EQ(close, first);
