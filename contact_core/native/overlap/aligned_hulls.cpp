@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "touchstone/contact_core/native/common/lanes.hpp"
+
 namespace touchstone::native {
 namespace {
 
@@ -18,42 +20,64 @@ struct AlignedHull {
 };
 
 bool meet(const Interval& p, const Interval& q) { return p.low <= q.high && q.low <= p.high; }
-bool holds(const Interval& p, double x) { return p.low <= x && x <= p.high; }
 
 const std::array<double, 8>& coordinate(const WorldVertices& v, int axis) {
   return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
 }
 
+Interval interval_of(Double2 low, Double2 high) {
+  return {std::min(low[0], low[1]), std::max(high[0], high[1])};
+}
+
+/// @return bit i: vertex i lies above the middle
+unsigned align(const std::array<double, 8>& c, Interval& outer, Interval& inner) {
+  Double2 low = load(&c[0]), high = low;
+  for (int i = 2; i < 8; i += 2) low = least(load(&c[i]), low), high = greatest(load(&c[i]), high);
+  outer = interval_of(low, high);
+  const Double2 middle = all<Double2>(0.5 * outer.low + 0.5 * outer.high);
+  // From the highest of the low vertices to the lowest of the high ones.
+  Double2 from = all<Double2>(outer.low), to = all<Double2>(outer.high);
+  unsigned above = 0;
+  for (int i = 0; i < 8; i += 2) {
+    const Double2 p = load(&c[i]);
+    const baseline::Mask2 is_high = p > middle;
+    from = greatest(is_high ? from : p, from), to = least(is_high ? p : to, to);
+    above |= bits(is_high) << i;
+  }
+  inner = {std::max(from[0], from[1]), std::min(to[0], to[1])};
+  return above;
+}
+
 AlignedHull align(const WorldVertices& v) {
   AlignedHull out;
-  std::array<unsigned, 8> octant{};
+  std::array<unsigned, 3> above;
   out.has_inner = true;
   for (int axis = 0; axis < 3; ++axis) {
-    const std::array<double, 8>& c = coordinate(v, axis);
-    Interval outer{c[0], c[0]};
-    for (const double x : c) outer = {std::min(outer.low, x), std::max(outer.high, x)};
-    const double middle = 0.5 * outer.low + 0.5 * outer.high;
-    Interval inner = outer;
-    for (int i = 0; i < 8; ++i) {
-      const bool is_high = c[i] > middle;
-      octant[i] |= (is_high ? 1u : 0u) << axis;
-      inner.low = is_high ? inner.low : std::max(inner.low, c[i]);
-      inner.high = is_high ? std::min(inner.high, c[i]) : inner.high;
-    }
-    out.outer[axis] = outer, out.inner[axis] = inner;
-    out.has_inner &= inner.low <= inner.high;
+    above[axis] = align(coordinate(v, axis), out.outer[axis], out.inner[axis]);
+    out.has_inner &= out.inner[axis].low <= out.inner[axis].high;
   }
-  unsigned octants = 0;
-  for (const unsigned o : octant) octants |= 1u << o;
-  out.has_inner &= octants == 0xff;
+  for (unsigned octant = 0; octant < 8; ++octant) {
+    const auto side = [&](int axis) {
+      return (octant >> axis & 1u) != 0 ? above[axis] : ~above[axis] & 0xffu;
+    };
+    out.has_inner &= (side(0) & side(1) & side(2)) != 0;
+  }
   return out;
 }
 
 bool holds_a_vertex(const AlignedHull& hull, const WorldVertices& v) {
-  for (int i = 0; i < 8; ++i)
-    if (holds(hull.inner[0], v.x[i]) && holds(hull.inner[1], v.y[i]) && holds(hull.inner[2], v.z[i]))
-      return true;
-  return false;
+  unsigned within = 0xff;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Double2 low = all<Double2>(hull.inner[axis].low), high = all<Double2>(hull.inner[axis].high);
+    const std::array<double, 8>& c = coordinate(v, axis);
+    unsigned here = 0;
+    for (int i = 0; i < 8; i += 2) {
+      const Double2 p = load(&c[i]);
+      here |= bits((low <= p) & (p <= high)) << i;
+    }
+    within &= here;
+  }
+  return within != 0;
 }
 
 /// Half the box's reach along the world's axes. False where an axis of the box is none of them.
