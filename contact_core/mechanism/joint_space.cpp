@@ -58,47 +58,55 @@ class Scaling {
   Row scale_{};
 };
 
+/// Rows in scaled coordinates and of unit length, for any number of projections. Those that no joint moves
+/// are left out.
 template <int N>
-bool project(const JointVector& goal, const JointMetric& metric, std::span<const JointRow> rows,
-             const Lifts& lift, JointSlidePlan& plan) {
-  using Solver = RowProjection<N>;
-  typename Solver::Rows scaled;
-  const Scaling<N> scaling(metric);
-  // Rows are scaled to unit length; those that no joint moves are left out.
-  std::array<int, kMostRows> row_of;
-  std::array<double, kMostRows> length_of;
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    typename Solver::Row g = scaling.row(rows[i].g);
-    const double length = std::sqrt(Solver::row_product(g, g));
-    if (!(length > 0.0)) continue;  // no joint moves it
-    for (double& component : g) component /= length;
-    row_of[scaled.count] = static_cast<int>(i), length_of[scaled.count] = length;
-    scaled.g[scaled.count] = g;
-    scaled.slack[scaled.count++] = (rows[i].slack - lift[i]) / length;
+class ScaledRows {
+ public:
+  ScaledRows(const JointMetric& metric, std::span<const JointRow> rows) : scaling_(metric), rows_(rows) {
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      typename Solver::Row g = scaling_.row(rows[i].g);
+      const double length = std::sqrt(Solver::row_product(g, g));
+      if (!(length > 0.0)) continue;  // no joint moves it
+      for (double& component : g) component /= length;
+      row_of_[scaled_.count] = static_cast<int>(i), length_of_[scaled_.count] = length;
+      scaled_.g[scaled_.count++] = g;
+    }
   }
-  // The goal is projected in scaled coordinates.
-  typename Solver::State state;
-  state.x = scaling.to_scaled(goal);
-  const bool found = Solver::find(scaled, state);
-  // The plan names the active rows, with forces in the caller's units.
-  plan = {};
-  plan.active_count = state.count;
-  for (int i = 0; i < state.count; ++i) {
-    const int row = row_of[state.active[i]];
-    plan.active[i] = row;
-    plan.force[i] = state.multiplier[i] / length_of[state.active[i]];
-    // Half the square of the distance grows by the multiplier for each unit that a row is raised.
-    plan.left_over += 2.0 * state.multiplier[i] * ((lift[row] + rows[row].room) / length_of[state.active[i]]);
-  }
-  if (found) plan.dq = scaling.from_scaled(state.x);
-  return found;
-}
 
-bool project_any(const JointVector& goal, const JointMetric& metric, std::span<const JointRow> rows,
-                 const Lifts& lift, JointSlidePlan& plan) {
-  return metric.weights.size() <= 8 ? project<8>(goal, metric, rows, lift, plan)
-                                    : project<kMostSlideJoints>(goal, metric, rows, lift, plan);
-}
+  /// @param slack one a row, by how far it may come nearer [m].
+  bool project(const JointVector& goal, const Lifts& slack, const Lifts& lift, JointSlidePlan& plan) {
+    for (int i = 0; i < scaled_.count; ++i) {
+      scaled_.slack[i] = (slack[row_of_[i]] - lift[row_of_[i]]) / length_of_[i];
+      scaled_.is_left_out[i] = false;
+    }
+    // The goal is projected in scaled coordinates.
+    typename Solver::State state;
+    state.x = scaling_.to_scaled(goal);
+    const bool found = Solver::find(scaled_, state);
+    // The plan names the active rows, with forces in the caller's units.
+    plan = {};
+    plan.active_count = state.count;
+    for (int i = 0; i < state.count; ++i) {
+      const int active = state.active[i], row = row_of_[active];
+      plan.active[i] = row;
+      plan.force[i] = state.multiplier[i] / length_of_[active];
+      // Half the square of the distance grows by the multiplier for each unit that a row is raised.
+      plan.left_over += 2.0 * state.multiplier[i] * ((lift[row] + rows_[row].room) / length_of_[active]);
+    }
+    if (found) plan.dq = scaling_.from_scaled(state.x);
+    return found;
+  }
+
+ private:
+  using Solver = RowProjection<N>;
+
+  Scaling<N> scaling_;
+  std::span<const JointRow> rows_;
+  typename Solver::Rows scaled_;
+  std::array<int, kMostRows> row_of_;
+  std::array<double, kMostRows> length_of_;
+};
 
 /// How far a row is from where it binds.
 double row_left(const JointRow& row, const JointVector& dq, std::size_t size) {
@@ -107,11 +115,19 @@ double row_left(const JointRow& row, const JointVector& dq, std::size_t size) {
   return sum;
 }
 
+Lifts slacks_of(std::span<const JointRow> rows) {
+  Lifts out;
+  for (std::size_t i = 0; i < rows.size(); ++i) out[i] = rows[i].slack;
+  return out;
+}
+
+template <int N>
 bool project_lifted(const JointVector& goal, const JointMetric& metric, std::span<const JointRow> rows,
-                    JointBends& bends, JointSlidePlan& plan) {
+                    ScaledRows<N>& scaled, JointBends& bends, JointSlidePlan& plan) {
   Lifts lift{};
+  const Lifts slack = slacks_of(rows);
   for (int round = 0; round < kLiftRounds; ++round) {
-    if (!project_any(goal, metric, rows, lift, plan)) return false;
+    if (!scaled.project(goal, slack, lift, plan)) return false;
     bends.lay(plan.dq);
     bool raised = false;
     for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -231,33 +247,46 @@ double joint_product(const JointVector& a, const JointVector& b, const JointMetr
   return sum;
 }
 
-bool project_joints(const JointVector& goal, const JointMetric& metric, std::span<const JointRow> rows,
-                    JointSlidePlan& plan) {
-  return project_any(goal, metric, rows, Lifts{}, plan);
-}
+namespace {
 
-JointSlidePlan plan_joint_slide(const JointVector& goal, const JointMetric& metric,
-                                std::span<const JointRow> rows, JointBends& bends) {
+template <int N>
+JointSlidePlan plan_scaled(const JointVector& goal, const JointMetric& metric, std::span<const JointRow> rows,
+                           JointBends& bends) {
   double longest = 0.0;
   for (const double change : goal) longest = std::max(longest, std::abs(change));
   JointVector wanted = goal;
   if (longest > kLongestChange) scale(wanted, kLongestChange / longest);
   JointSlidePlan plan;
+  ScaledRows<N> scaled(metric, rows);
   for (int i = 0; i <= kHalvings; ++i, scale(wanted, 0.5)) {
-    if (!project_lifted(wanted, metric, rows, bends, plan)) continue;
+    if (!project_lifted(wanted, metric, rows, scaled, bends, plan)) continue;
     const double share = shorten(goal, metric, plan.dq);
     if (!(share > 0.0)) continue;
     plan.is_whole = i == 0 && longest <= kLongestChange && share >= kWhole;
     return plan;
   }
   // Nothing but to keep contact to first order, as far as that goes.
-  std::array<JointRow, kMostRows> kept;
-  std::copy(rows.begin(), rows.end(), kept.begin());
-  for (std::size_t i = 0; i < rows.size(); ++i) kept[i].slack = std::max(kept[i].slack, 0.0);
-  if (!project_any(wanted, metric, std::span(kept).first(rows.size()), Lifts{}, plan) ||
-      !(shorten(goal, metric, plan.dq) > 0.0))
+  Lifts kept = slacks_of(rows);
+  for (std::size_t i = 0; i < rows.size(); ++i) kept[i] = std::max(kept[i], 0.0);
+  if (!scaled.project(wanted, kept, Lifts{}, plan) || !(shorten(goal, metric, plan.dq) > 0.0))
     plan.dq.fill(0.0);
   return plan;
+}
+
+}  // namespace
+
+bool project_joints(const JointVector& goal, const JointMetric& metric, std::span<const JointRow> rows,
+                    JointSlidePlan& plan) {
+  const Lifts slack = slacks_of(rows);
+  return metric.weights.size() <= 8
+             ? ScaledRows<8>(metric, rows).project(goal, slack, Lifts{}, plan)
+             : ScaledRows<kMostSlideJoints>(metric, rows).project(goal, slack, Lifts{}, plan);
+}
+
+JointSlidePlan plan_joint_slide(const JointVector& goal, const JointMetric& metric,
+                                std::span<const JointRow> rows, JointBends& bends) {
+  return metric.weights.size() <= 8 ? plan_scaled<8>(goal, metric, rows, bends)
+                                    : plan_scaled<kMostSlideJoints>(goal, metric, rows, bends);
 }
 
 }  // namespace touchstone

@@ -58,14 +58,18 @@ struct RowProjection {
       }
       return rest;
     }
-    void add(const Row& g) {
-      std::array<double, N> coefficient{};
-      const Row rest = split(g, coefficient);
+    /// @param rest, coefficient as split() gave them.
+    void add(const Row& rest, const std::array<double, N>& coefficient) {
       const double length = std::sqrt(row_product(rest, rest));
       for (int k = 0; k < rank; ++k) R[k][rank] = coefficient[k];
       R[rank][rank] = length;
       for (int i = 0; i < N; ++i) q[rank][i] = rest[i] / length;
       ++rank;
+    }
+    void add(const Row& g) {
+      std::array<double, N> coefficient;
+      const Row rest = split(g, coefficient);
+      add(rest, coefficient);
     }
     /// R^T y = left: the coefficients on Q of the step that changes what the rows have left by so much.
     std::array<double, N> solve_transposed(const std::array<double, N>& left) const {
@@ -94,28 +98,33 @@ struct RowProjection {
     int count = 0;
     std::array<int, N> active{};  ///< rows that hold
     std::array<double, N> multiplier{};
+    Span span;  ///< of these, in their order
 
-    void drop(int k) {
+    void take(int row, double force, const Row& rest, const std::array<double, N>& coefficient) {
+      active[count] = row;
+      multiplier[count++] = force;
+      span.add(rest, coefficient);
+    }
+    void drop(int k, const Rows& rows) {
       for (int i = k; i + 1 < count; ++i) {
         active[i] = active[i + 1];
         multiplier[i] = multiplier[i + 1];
       }
       --count;
+      // What those before it span stays as it is.
+      span.rank = k;
+      for (int i = k; i < count; ++i) span.add(rows.g[active[i]]);
     }
   };
 
   /// Takes the rounding of many steps out: what active rows have left becomes 0 again.
   static void settle(const Rows& rows, State& s) {
-    Span span;
     std::array<double, N> left{};
-    for (int k = 0; k < s.count; ++k) {
-      const Row& g = rows.g[s.active[k]];
-      span.add(g);
-      left[k] = row_product(g, s.x) + rows.slack[s.active[k]];
-    }
-    const auto step = span.solve_transposed(left);
-    for (int k = 0; k < span.rank; ++k)
-      for (int i = 0; i < N; ++i) s.x[i] -= step[k] * span.q[k][i];
+    for (int k = 0; k < s.count; ++k)
+      left[k] = row_product(rows.g[s.active[k]], s.x) + rows.slack[s.active[k]];
+    const auto step = s.span.solve_transposed(left);
+    for (int k = 0; k < s.count; ++k)
+      for (int i = 0; i < N; ++i) s.x[i] -= step[k] * s.span.q[k][i];
   }
 
   static int most_violated(const Rows& rows, const Row& x, double tolerance) {
@@ -134,11 +143,9 @@ struct RowProjection {
     double taken = 0.0;
     for (; iterations < kIterations; ++iterations) {
       // The direction that leaves the active rows as they are, and what that costs each.
-      Span span;
-      for (int k = 0; k < s.count; ++k) span.add(rows.g[s.active[k]]);
-      std::array<double, N> coefficient{};
-      const Row z = span.split(rows.g[p], coefficient);
-      const auto r = span.solve(coefficient);
+      std::array<double, N> coefficient;
+      const Row z = s.span.split(rows.g[p], coefficient);
+      const auto r = s.span.solve(coefficient);
       const double square = row_product(z, z);
       const double lacking = -(row_product(rows.g[p], s.x) + rows.slack[p]);
       // As far as no multiplier falls below 0, and no further than row p needs.
@@ -156,12 +163,11 @@ struct RowProjection {
       for (int k = 0; k < s.count; ++k) s.multiplier[k] = std::max(s.multiplier[k] - step * r[k], 0.0);
       taken += step;
       if (whole <= longest) {
-        s.active[s.count] = p;
-        s.multiplier[s.count++] = taken;
+        s.take(p, taken, z, coefficient);
         settle(rows, s);
         return true;
       }
-      s.drop(blocking);
+      s.drop(blocking, rows);
     }
     return false;
   }
