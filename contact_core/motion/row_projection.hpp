@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
 
@@ -172,15 +173,40 @@ struct RowProjection {
     return false;
   }
 
+  /// The sets of rows that held, one after the other. Each takes the point further from the goal, so that
+  /// none comes again but by rounding: then it would come for ever.
+  class ActiveSets {
+   public:
+    /// @returns false: it was noted before.
+    bool note(const State& s) {
+      Set set{};
+      for (int k = 0; k < s.count; ++k) set[s.active[k] / 64] |= std::uint64_t{1} << (s.active[k] % 64);
+      for (int i = 0; i < count_; ++i)
+        if (sets_[i] == set) return false;
+      sets_[count_++] = set;
+      return true;
+    }
+
+   private:
+    using Set = std::array<std::uint64_t, (kMostRows + 63) / 64>;
+
+    int count_ = 0;
+    std::array<Set, kIterations> sets_;
+  };
+
   /// Moves s.x, the given point, to the closest one. False where no point fulfils the rows (to rounding), or
   /// none was found.
   static bool find(Rows& rows, State& s) {
     const double length = std::sqrt(row_product(s.x, s.x));
+    ActiveSets sets;
     for (int iterations = 0; iterations < kIterations; ++iterations) {
       const int p = most_violated(rows, s.x, kFulfilled * length);
       if (p < 0) return true;
-      if (take_in(rows, p, s, iterations)) continue;
-      if (row_product(rows.g[p], s.x) + rows.slack[p] < -kNearlyFulfilled * length) return false;
+      const double lacking = row_product(rows.g[p], s.x) + rows.slack[p];
+      const bool is_taken = take_in(rows, p, s, iterations);
+      if (is_taken && sets.note(s)) continue;
+      const double left = is_taken ? lacking : row_product(rows.g[p], s.x) + rows.slack[p];
+      if (left < -kNearlyFulfilled * length) return false;
       rows.is_left_out[p] = true;
     }
     return false;
