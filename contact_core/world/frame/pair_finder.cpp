@@ -8,32 +8,25 @@
 namespace touchstone {
 namespace {
 
-/// Pairs, or movers, that a lane takes at once.
+/// Pairs, or roots, that a lane takes at once.
 constexpr std::size_t kPairsAtOnce = 64;
-constexpr std::size_t kMoversAtOnce = 8;
 constexpr std::size_t kRootsAtOnce = 16;
 /// Rounds sums of travels down.
 constexpr double kDown = 1.0 - 0x1p-50;
 
-bool are_two_movers(const WorldModel& model, std::uint32_t a, std::uint32_t b) {
-  return a != b && model.in_motion[a] && model.in_motion[b];
-}
-
 bool is_of_interest(const WorldModel& model, const FramePair& pair) {
-  const std::uint32_t a = model.root_of(pair.solids.a), b = model.root_of(pair.solids.b);
   const bool starts_close = pair.impact.queries > 0 && pair.impact.start_separation <= pair.gap;
-  return are_two_movers(model, a, b) || !pair.impact.is_far || starts_close || pair.impact.starts_overlapping;
+  return are_two_movers(model, pair.solids) || !pair.impact.is_far || starts_close ||
+         pair.impact.starts_overlapping;
 }
 
 }  // namespace
 
-void PairFinder::take_room(std::size_t slots, std::size_t solids, std::size_t watched, bool anew) {
-  if (anew) stop_bounds_.clear();
-  stop_bounds_.resize(slots, 1.0);
-  reserve_more(examined_, 64 + 16 * solids), reserve_more(answers_, 64 + 16 * solids);
-  reserve_more(opened_, 64 + 16 * solids), reserve_more(opened_groups_, 64 + 16 * solids);
+void PairFinder::take_room(std::size_t slots, std::size_t solids, std::size_t watched) {
+  impacts_.take_room(slots, solids), impacts_.take_room_for_pairs(watched);
+  reserve_more(examined_, 64 + 16 * solids), reserve_more(opened_, 64 + 16 * solids);
   touching_.reserve(watched), close_.reserve(watched), deferred_.reserve(watched);
-  ahead_.reserve(watched), left_out_.reserve(watched);
+  left_out_.reserve(watched);
 }
 
 // Those that touch come first, then all others that may be near at the start: where they stop a mover, the
@@ -53,7 +46,7 @@ PairFinder::Counts PairFinder::find(const Scope& scope, std::span<const ContactS
   known = pairs.size();
   examine(scope, deferred_, pairs, counts);
   merge_by_solids(pairs, known);
-  for (const std::uint32_t root : scope.movers.roots) stop_bounds_[root] = 1.0;
+  impacts_.forget(scope.movers.roots);
   return counts;
 }
 
@@ -83,20 +76,18 @@ void PairFinder::examine(const Scope& scope, std::span<const std::uint32_t> watc
   examined_.resize(std::max(examined_.size(), last));
   place_vertices(scope.model, scope.lanes, scope.watched.pairs(), watches);
   scope.lanes.for_each(watches.size(), kPairsAtOnce, [&](NarrowphaseQuery&, std::size_t i) {
-    examined_[first + i].stage = open_pair(scope, watches[i], pairs[first + i]);
+    examined_[first + i] = open_pair(scope, watches[i], pairs[first + i]);
   });
   // Pairs that stay open are measured where they stand, then advanced along their paths.
   counts.candidates += static_cast<std::uint32_t>(watches.size());
   opened_.clear();
   for (std::size_t k = first; k < last; ++k)
-    if (examined_[k].stage == Stage::open)
-      opened_.push_back({mover_of(scope.model, pairs[k].solids), static_cast<std::uint32_t>(k)});
-  measure_opened(scope, pairs);
-  find_impacts_of_opened(scope, pairs);
+    if (examined_[k] == Stage::open) opened_.push_back(static_cast<std::uint32_t>(k));
+  impacts_.find({scope.model, scope.lanes, scope.watched.pairs()}, pairs, opened_);
   // Pairs of no interest are removed, and the order is kept.
   std::size_t kept = first;
   for (std::size_t k = first; k < last; ++k) {
-    if (examined_[k].stage != Stage::open) continue;
+    if (examined_[k] != Stage::open) continue;
     counts.iteration_limits += pairs[k].impact.status == ImpactStatus::iteration_limit;
     if (!is_of_interest(scope.model, pairs[k])) continue;
     if (kept != k) pairs[kept] = pairs[k];
@@ -114,94 +105,23 @@ PairFinder::Stage PairFinder::open_pair(const Scope& scope, std::uint32_t index,
   entry.watch = index;
   const double last = model.last_travel(pair, entry.link_pair);
   const double standing = model.travelled(pair, entry.link_pair) * kDown - last * (1.0 + 0x1p-19);
-  if (is_apart_by_axis(model, watch, entry, standing, last * matters_until(model, pair))) return Stage::apart;
+  if (is_apart_by_axis(model, watch, entry, standing, last * impacts_.matters_until(model, pair)))
+    return Stage::apart;
   entry.clear_until = watch.clear_until;
   return Stage::open;
 }
 
-/// How far a pair's path matters: up to where what is known so far stops its mover. Of two movers in motion
-/// one may be stopped before the other.
-double PairFinder::matters_until(const WorldModel& model, const SolidPair& pair) const {
-  const std::uint32_t a = model.root_of(pair.a), b = model.root_of(pair.b);
-  if (are_two_movers(model, a, b)) return 1.0;
-  return stop_bounds_[model.in_motion[a] ? a : b];
-}
-
-/// Clear as far as stop_bounds_ let its movers go.
+/// Clear as far as its movers come by what is known so far.
 bool PairFinder::is_clear_to_bounds(const WorldModel& model, const WatchedPair& watch) const {
   const Travels& travels = model.travels;
-  const double a = stop_bounds_[model.root_of(watch.a)], b = stop_bounds_[model.root_of(watch.b)];
+  const double a = impacts_.stop_bound(model.root_of(watch.a)),
+               b = impacts_.stop_bound(model.root_of(watch.b));
   const double gone = watch.link_pair != kNoLinkPair
                           ? a * travels.last_link_pair[watch.link_pair]
                           : a * travels.last_solid[watch.a] + b * travels.last_solid[watch.b];
   const SolidPair pair{watch.a, watch.b};
   return (model.travelled(pair, watch.link_pair) - model.last_travel(pair, watch.link_pair)) + gone <=
          watch.clear_until;
-}
-
-/// Where all stand. Pairs of a mechanism's own links come last: they are seen from a link, and in other
-/// poses.
-void PairFinder::measure_opened(const Scope& scope, std::span<FramePair> pairs) {
-  ahead_.clear();
-  for (const Opened& open : opened_)
-    if (pairs[open.index].link_pair == kNoLinkPair) ahead_.push_back(pairs[open.index].solids);
-  answers_.resize(std::max(answers_.size(), ahead_.size()));
-  scope.lanes.ask(ahead_, scope.model.from, answers_);
-  std::size_t answer = 0;
-  for (Opened& open : opened_) {
-    FramePair& pair = pairs[open.index];
-    pair.start_separation = kInfinity;
-    examined_[open.index].start = kNotAsked;
-    if (pair.link_pair == kNoLinkPair) {
-      const double separation = answers_[answer].geometry.separation;
-      if (separation < pair.start_separation) pair.start_separation = separation;
-      examined_[open.index].start = static_cast<std::uint32_t>(answer++);
-    }
-    open.start_separation = pair.start_separation;
-  }
-}
-
-/// By mover, the nearest first.
-void PairFinder::find_impacts_of_opened(const Scope& scope, std::span<FramePair> pairs) {
-  std::sort(opened_.begin(), opened_.end());
-  opened_groups_.clear();
-  for (std::size_t i = 0; i < opened_.size(); ++i)
-    if (i == 0 || opened_[i].mover != opened_[i - 1].mover || opened_[i].mover == kAlone)
-      opened_groups_.push_back(static_cast<std::uint32_t>(i));
-  const auto group = [&](std::size_t i) {
-    const std::size_t end = i + 1 < opened_groups_.size() ? opened_groups_[i + 1] : opened_.size();
-    return std::span<const Opened>(opened_).subspan(opened_groups_[i], end - opened_groups_[i]);
-  };
-  scope.lanes.for_each(opened_groups_.size(), kMoversAtOnce, [&](NarrowphaseQuery& asking, std::size_t i) {
-    if (group(i).front().mover != kInTurn) find_impacts_of_mover(scope, asking, group(i), pairs);
-  });
-  for (std::size_t i = 0; i < opened_groups_.size(); ++i)
-    if (group(i).front().mover == kInTurn) find_impacts_of_mover(scope, scope.lanes.first(), group(i), pairs);
-}
-
-void PairFinder::find_impacts_of_mover(const Scope& scope, NarrowphaseQuery& asking,
-                                       std::span<const Opened> among, std::span<FramePair> pairs) {
-  const WorldModel& model = scope.model;
-  std::size_t bounded = 0;
-  for (std::size_t i = 0; i < among.size(); ++i) {
-    if (among[i].start_separation > among[bounded].start_separation) {
-      for (; bounded < i; ++bounded) bound_stops(model, pairs[among[bounded].index]);
-    }
-    FramePair& pair = pairs[among[i].index];
-    const std::uint32_t start = examined_[among[i].index].start;
-    find_impact_of(model, asking, scope.watched.pairs()[pair.watch], pair,
-                   start == kNotAsked ? nullptr : &answers_[start], matters_until(model, pair.solids));
-    if (pair.impact.status == ImpactStatus::clear) pair.impact.lo = 1.0;  // what is beyond a stop is not gone
-  }
-  for (; bounded < among.size(); ++bounded) bound_stops(model, pairs[among[bounded].index]);
-}
-
-/// A mover's contact with anything at rest ends its path there, whatever else happens.
-void PairFinder::bound_stops(const WorldModel& model, const FramePair& pair) {
-  const std::uint32_t a = model.root_of(pair.solids.a), b = model.root_of(pair.solids.b);
-  if (!pair.stops_movers() || are_two_movers(model, a, b)) return;
-  for (const std::uint32_t root : {a, b})
-    if (model.in_motion[root]) stop_bounds_[root] = std::min(stop_bounds_[root], pair.impact.lo);
 }
 
 void PairFinder::add_left_out(const Scope& scope, std::span<const ContactState> contacts,
@@ -270,11 +190,11 @@ void PairFinder::add_unclear_left_out(const Scope& scope, std::span<const Contac
     FramePair& entry = pairs[known + i] = model.frame_pair({watch.a, watch.b});
     const double standing = model.travelled(entry.solids, watch.link_pair) * kDown;
     const bool is_apart = is_apart_by_axis(model, watch, entry, standing, 0.0);
-    examined_[known + i].stage = is_apart ? Stage::apart : Stage::open;
+    examined_[known + i] = is_apart ? Stage::apart : Stage::open;
   });
   std::size_t kept = known;
   for (std::size_t k = known; k < pairs.size(); ++k) {
-    if (examined_[k].stage == Stage::apart) continue;
+    if (examined_[k] == Stage::apart) continue;
     if (kept != k) pairs[kept] = pairs[k];
     ++kept;
   }

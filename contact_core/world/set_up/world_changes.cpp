@@ -66,7 +66,7 @@ void ContactWorld::State::take_room(bool anew) {
   movers.take_room(slots, anew);
   followers.take_room(slots, anew);
   watched.take_room(*this, anew);
-  finder.take_room(slots, solids, watched.pairs().capacity(), anew);
+  finder.take_room(slots, solids, watched.pairs().capacity());
   stop_resolver.take_room(slots, solids, anew);
   slides.take_room(*this, watched.pairs().capacity(), lanes.count(), anew);
   contact_log.take_room(solids);

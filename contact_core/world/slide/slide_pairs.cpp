@@ -120,14 +120,16 @@ bool plan_goes_beyond(WorldModel& model, const Slider& slider) {
 void SlidePairs::reserve(std::size_t slots, std::size_t solids, std::size_t mechanisms) {
   reserve_more(pairs_, 64 + 16 * solids), reserve_more(near_, 64 + 16 * solids);
   held_.reserve(mechanisms * kMostSlideRows);
-  reserve_more(wanting_, slots), reserve_more(ranges_, slots), reserve_more(answers_, 64 + 16 * solids);
+  reserve_more(wanting_, slots), reserve_more(ranges_, slots);
+  impacts_.take_room(slots, solids);
 }
 
 void SlidePairs::reserve_watched(std::size_t watched) {
   met_.reserve(2 * watched), taken_in_.reserve(2 * watched);
   pair_of_.reserve(watched), is_near_.reserve(watched), passed_on_.reserve(watched);
-  close_.reserve(watched), ahead_.reserve(watched);
+  close_.reserve(watched), open_.reserve(watched), ahead_.reserve(watched);
   unclear_.reserve(2 * watched), watches_.reserve(watched);
+  impacts_.take_room_for_pairs(watched);
 }
 
 std::span<const std::uint32_t> SlidePairs::begin(WorldModel& model, const Sliders& sliders) {
@@ -256,13 +258,9 @@ void SlidePairs::find_close(const Scope& scope) {
   const std::span<const GatheredPair> found(unclear_.begin(), unique_end);
   // The pairs join the slide's list; those that are seen in the world can be asked about in one batch.
   take_in_all(scope, found);
-  ahead_.clear(), close_.clear();
-  for (const GatheredPair& each : found) {
-    const std::uint32_t index = pair_of_[each.watch];
-    if (index == kNone) continue;
-    close_.push_back(index);
-    if (watched[each.watch].link_pair == kNoLinkPair) ahead_.push_back(each.solids);
-  }
+  close_.clear();
+  for (const GatheredPair& each : found)
+    if (const std::uint32_t index = pair_of_[each.watch]; index != kNone) close_.push_back(index);
 }
 
 /// As take_in(), of many.
@@ -296,83 +294,62 @@ void SlidePairs::fill_in(const Scope& scope, std::size_t before) {
 
 std::uint32_t SlidePairs::find_impacts(const Scope& scope) {
   constexpr std::size_t kFew = 128;
-  WorldModel& model = scope.model;
-  PairWatch& watched = scope.watched;
-  NarrowphaseQuery& query = scope.query;
-  SlideMeter& meter = scope.meter;
   // Results of the sub-step before are cleared.
   for (FramePair& pair : pairs_) {
     pair.is_settled = false;
     pair.impact.status = ImpactStatus::clear;
     pair.impact.queries = 0;  // of the sub-step before
   }
-  // Many close pairs are shared among lanes, unless a budget could stop the search part-way.
   find_close(scope);
-  const bool in_lanes = close_.size() >= kFew && !meter.is_limited();
-  if (in_lanes)
-    find_impacts_in_lanes(scope);
+  // Of many pairs those are left out that are still apart along a known axis.
+  const bool is_limited = scope.meter.is_limited();
+  if (close_.size() >= kFew && !is_limited)
+    keep_unclear(scope);
   else
-    query.look_ahead(ahead_, model.from);
-  // Impacts are found in order, and pairs that were near count against the budget.
+    open_.assign(close_.begin(), close_.end());
+  // Pairs that were near count against the budget, which may end the search: then nothing is executed.
   std::uint32_t limits = 0;
-  for (const std::uint32_t index : close_) {
-    if (!meter.may_go_on()) return limits;  // nothing of this sub-step is executed
-    FramePair& pair = pairs_[index];
-    if (!in_lanes) find_impact_of(model, query, watched[pair.watch], pair, nullptr);
-    if (pair.impact.queries > 0 &&
-        !(pair.impact.start_separation - model.last_travel(pair.solids, pair.link_pair) > pair.interest))
-      meter.add_pair();
-    if (pair.impact.status == ImpactStatus::iteration_limit) ++limits;
+  const auto count = [&](const FramePair& pair) {
+    if (is_near_on_path(scope.model, pair)) scope.meter.add_pair();
+    limits += pair.impact.status == ImpactStatus::iteration_limit;
+    return scope.meter.may_go_on();
+  };
+  const NearestImpacts::Scope asking{scope.model, scope.lanes, scope.watched};
+  for (const Slider& slider : scope.sliders.list) impacts_.forget({&slider.root, 1});
+  if (is_limited) {
+    impacts_.find_in_turn(asking, pairs_, open_, count);
+  } else {
+    impacts_.find(asking, pairs_, open_);
+    for (const std::uint32_t index : open_) count(pairs_[index]);
   }
+  for (const Slider& slider : scope.sliders.list) impacts_.forget({&slider.root, 1});
   return limits;
 }
 
-/// Of all in close_: by axes, by how they stand, then on their paths. Where there is no budget that each of
-/// them could end.
-void SlidePairs::find_impacts_in_lanes(const Scope& scope) {
+/// By how it stands, whatever was known of it before.
+bool SlidePairs::is_near_on_path(const WorldModel& model, const FramePair& pair) {
+  return pair.impact.queries > 0 &&
+         !(pair.impact.start_separation - model.last_travel(pair.solids, pair.link_pair) > pair.interest);
+}
+
+/// Of those in close_, into open_.
+void SlidePairs::keep_unclear(const Scope& scope) {
   constexpr std::size_t kClosePairsAtOnce = 32;
-  constexpr std::uint32_t kSeenFromLink = kNone - 1;
   WorldModel& model = scope.model;
   PairWatch& watched = scope.watched;
-  NarrowphaseQuery& query = scope.query;
-  FrameLanes& lanes = scope.lanes;
-  // Pairs that are still apart along a known axis are dropped.
-  watches_.clear(), ahead_.clear();
+  watches_.clear();
   for (const std::uint32_t index : close_) watches_.push_back(pairs_[index].watch);
-  place_vertices(model, lanes, watched, watches_);
-  lanes.for_each(close_.size(), kClosePairsAtOnce, [&](NarrowphaseQuery&, std::size_t i) {
+  place_vertices(model, scope.lanes, watched, watches_);
+  scope.lanes.for_each(close_.size(), kClosePairsAtOnce, [&](NarrowphaseQuery&, std::size_t i) {
     FramePair& pair = pairs_[close_[i]];
     WatchedPair& watch = watched[pair.watch];
     const double last = model.last_travel(pair.solids, pair.link_pair);
     const double standing = model.travelled(pair.solids, pair.link_pair) * kDown - last * (1.0 + 0x1p-19);
     if (is_apart_by_axis(model, watch, pair, standing, last)) watches_[i] = kNone;
   });
-  // From here on the list says where each pair finds its answer.
-  std::vector<std::uint32_t>& answer_of = watches_;
-  for (std::size_t i = 0; i < close_.size(); ++i) {
-    if (answer_of[i] == kNone) continue;
-    const FramePair& pair = pairs_[close_[i]];
-    answer_of[i] = pair.link_pair == kNoLinkPair ? static_cast<std::uint32_t>(ahead_.size()) : kSeenFromLink;
-    if (pair.link_pair == kNoLinkPair) ahead_.push_back(pair.solids);
-  }
-  // One batch asks for all separations where the solids stand.
-  answers_.resize(std::max(answers_.size(), ahead_.size()));
-  lanes.ask(ahead_, model.from, answers_);
-  // Pairs of arms are searched one after the other, all others in lanes.
-  const auto find = [&](NarrowphaseQuery& asking, std::size_t i) {
-    FramePair& pair = pairs_[close_[i]];
-    const bool is_known = answer_of[i] != kSeenFromLink;
-    find_impact_of(model, asking, watched[pair.watch], pair, is_known ? &answers_[answer_of[i]] : nullptr);
-  };
-  const auto is_of_arm = [&](std::size_t i) {
-    const std::uint32_t mover = mover_of(model, pairs_[close_[i]].solids);
-    return mover == kInTurn || (mover != kAlone && model.mechanism_of(mover) != nullptr);
-  };
-  lanes.for_each(close_.size(), kClosePairsAtOnce, [&](NarrowphaseQuery& asking, std::size_t i) {
-    if (answer_of[i] != kNone && !is_of_arm(i)) find(asking, i);
-  });
+  open_.clear();
   for (std::size_t i = 0; i < close_.size(); ++i)
-    if (answer_of[i] != kNone && is_of_arm(i)) find(query, i);
+    if (watches_[i] != kNone) open_.push_back(close_[i]);
 }
 
 /// @returns false: the two are further apart than they could come.

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "touchstone/contact_core/motion/slide_rows.hpp"
+#include "touchstone/contact_core/world/frame/nearest_impacts.hpp"
 #include "touchstone/contact_core/world/model/frame_lanes.hpp"
 #include "touchstone/contact_core/world/model/world_model.hpp"
 #include "touchstone/contact_core/world/pairs/pair_watch.hpp"
@@ -94,7 +95,8 @@ class SlidePairs {
   void take_in_all(const Scope& scope, std::span<const GatheredPair> found);
   void put_in(SolidPair pair, std::uint32_t watch);
   void fill_in(const Scope& scope, std::size_t before);
-  void find_impacts_in_lanes(const Scope& scope);
+  void keep_unclear(const Scope& scope);
+  static bool is_near_on_path(const WorldModel& model, const FramePair& pair);
   bool make_near(const Scope& scope, NarrowphaseQuery& query, const Slider& slider, std::uint32_t source,
                  NearPair& near) const;
   void add_near(const Scope& scope, const Slider& slider, std::uint32_t source);
@@ -109,16 +111,17 @@ class SlidePairs {
   std::vector<std::uint32_t> pair_of_;    // by watched pair: index into pairs_, or kNone
   std::vector<std::uint8_t> is_near_;     // by watched pair: in near_, within one plan
   std::vector<std::uint64_t> passed_on_;  // by watched pair: it stays apart on an arm's path of this number
-  std::vector<Range> ranges_;             // by root: each slider's in met_
-  std::vector<std::uint8_t> taken_in_;    // within take_in_all(); by place in met_, within take_in_reached()
+  NearestImpacts impacts_;
+  std::vector<Range> ranges_;           // by root: each slider's in met_
+  std::vector<std::uint8_t> taken_in_;  // within take_in_all(); by place in met_, within take_in_reached()
   std::vector<HeldPair> held_;
   std::vector<NearPair> near_;
-  std::vector<std::uint32_t> close_;             // indices into pairs_ of those that are asked about next
-  std::vector<SolidPair> ahead_;                 // the same pairs
-  std::vector<GatheredPair> unclear_;            // of met_, within one call
-  std::vector<std::uint32_t> watches_;           // within find_impacts_in_lanes(): of close_
-  std::vector<SeparationMemo::Answer> answers_;  // the same: to ahead_
-  std::vector<std::uint32_t> wanting_;           // slots, of begin()
+  std::vector<std::uint32_t> close_;    // indices into pairs_ of those that are asked about next
+  std::vector<SolidPair> ahead_;        // pairs that are asked about in one call
+  std::vector<GatheredPair> unclear_;   // of met_, within one call
+  std::vector<std::uint32_t> open_;     // of close_, those of find_impacts() that are asked about
+  std::vector<std::uint32_t> watches_;  // within keep_unclear(): of close_
+  std::vector<std::uint32_t> wanting_;  // slots, of begin()
 };
 
 /// How far a slider's solid can still go, as seen from the other one [m].

@@ -72,7 +72,7 @@ struct CubesInARow {
   }
   std::vector<FramePair> find(std::span<const ContactState> contacts = {}) {
     PairFinder finder;
-    finder.take_room(cubes.size(), cubes.size(), watched.pairs().capacity(), true);
+    finder.take_room(cubes.size(), cubes.size(), watched.pairs().capacity());
     std::vector<FramePair> pairs;
     candidates = finder.find({model, lanes, watched, movers}, contacts, pairs).candidates;
     return pairs;

@@ -446,6 +446,23 @@ TEST(SlidePairs, StopWhatIsLaidAndKeepWhatTheyLearn) {
   EXPECT_GT(row.watched[row.watched.find({0, 2})].clear_until, 30.0);
 }
 
+// What the first one stops goes no further: the second one's contact is of a path that is not gone.
+TEST(SlidePairs, LookOnlyAsFarAsTheNearestLetsThem) {
+  Row row({0.0, 3.0, 1.5});
+  row.slide_by(4.0);
+  row.pairs.renumber(row.watched);
+  row.pairs.gather(row.model, row.watched, row.sliders, {}, row.lanes);
+  row.model.paths[0] =
+      CarriedPath(RigidPath::between(row.model.from[0], at(4, 0, 0)), row.model.objects.poses_in_body());
+  row.model.in_motion[0] = 1;
+  row.model.travels.last_solid[0] = row.model.travels.of_solid[0] = 4.0;
+  row.pairs.find_impacts(row.scope());
+  for (const FramePair& pair : row.pairs.pairs()) {
+    EXPECT_EQ(pair.stops_movers(), pair.solids.b == 2);
+    if (pair.solids.b == 1) EXPECT_EQ(pair.impact.queries, 1);
+  }
+}
+
 // The watch may be built anew within a frame, and pairs get other indices there.
 TEST(SlidePairs, FindTheirPairsAgainUnderOtherIndices) {
   Row row({0.0, 1.5, -1.5});
