@@ -37,8 +37,10 @@ ArmHandStiffness arm_hand_stiffness(const std::string& link, const py::object& X
   return made;
 }
 
-void set_slide_budget(GuardedWorld& self, std::optional<std::uint64_t> pairs, std::optional<double> seconds) {
+void set_slide_budget(GuardedWorld& self, std::optional<std::uint64_t> pairs, std::optional<double> seconds,
+                      std::optional<std::uint64_t> mover_work) {
   SlideBudget budget;
+  budget.mover_work = mover_work.value_or(std::numeric_limits<std::uint64_t>::max());
   if (pairs) budget.pairs = *pairs;
   if (seconds) budget.seconds = *seconds;
   self.get().set_slide_budget(budget);
@@ -46,10 +48,13 @@ void set_slide_budget(GuardedWorld& self, std::optional<std::uint64_t> pairs, st
 
 py::dict slide_budget(GuardedWorld& self) {
   const SlideBudget& budget = self.get().slide_budget();
-  const SlideBudget unlimited;
+  const auto limit = [](std::uint64_t count) {
+    return count == std::numeric_limits<std::uint64_t>::max() ? py::object(py::none()) : py::int_(count);
+  };
   py::dict made;
-  made["pairs"] = budget.pairs == unlimited.pairs ? py::object(py::none()) : py::int_(budget.pairs);
-  made["seconds"] = budget.seconds == unlimited.seconds ? py::object(py::none()) : py::float_(budget.seconds);
+  made["pairs"] = limit(budget.pairs);
+  made["seconds"] = budget.seconds == kInfinity ? py::object(py::none()) : py::float_(budget.seconds);
+  made["mover_work"] = limit(budget.mover_work);
   return made;
 }
 
@@ -150,13 +155,16 @@ void bind_hands_of(WorldClass& world) {
           "Of objects that were given none of their own; HandStiffness() unless this is called. No tool "
           "frame.")
       .def("set_slide_budget", &set_slide_budget, py::arg("pairs") = py::none(),
-           py::arg("seconds") = py::none(),
+           py::arg("seconds") = py::none(), py::arg("mover_work") = kMoverWork,
            "What all slides of a frame together may cost from now on: pairs that are planned with or whose "
            "paths "
-           "are checked, each once a sub-step (the same on every machine); seconds by the clock [s]. None: "
-           "unlimited. A mover that is cut off stands as safely, only less far on: FrameReport.cut_off.")
-      .def_property_readonly("slide_budget", &slide_budget,
-                             "{'pairs': int or None, 'seconds': float or None}: None is unlimited.")
+           "are checked, each once a sub-step (the same on every machine); seconds by the clock [s]. "
+           "mover_work: what "
+           "each mover's slide may cost by itself, in rows, steps and pairs of its plans. None: unlimited. A "
+           "mover that is cut off stands as safely, only less far on: FrameReport.cut_off.")
+      .def_property_readonly(
+          "slide_budget", &slide_budget,
+          "{'pairs': int or None, 'seconds': float or None, 'mover_work': int or None}: None is unlimited.")
       .def(
           "set_threads", &GuardedWorld::set_threads, py::arg("count"),
           "Frames run on so many threads of the world's own, 1 to 64, the caller's among them; the same bits "

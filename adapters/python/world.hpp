@@ -42,7 +42,7 @@ struct FeelRow {
 
 /// A frame's report, kept: its own arrays.
 struct Report {
-  std::uint64_t frame, queries, slide_pairs;
+  std::uint64_t frame, queries, slide_pairs, most_slide_work;
   std::uint32_t blocked_movers, candidate_pairs, iteration_limits, slide_steps;
   std::uint32_t refused_selections;
   bool is_proven;

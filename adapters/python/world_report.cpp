@@ -73,6 +73,7 @@ Report kept(const FrameReport& of) {
   Report made{of.frame,
               of.queries,
               of.slide_pairs,
+              of.most_slide_work,
               of.blocked_movers,
               of.candidate_pairs,
               of.iteration_limits,
@@ -118,6 +119,8 @@ void bind_report(py::module_& module) {
       .def_readonly("iteration_limits", &Report::iteration_limits)
       .def_readonly("slide_steps", &Report::slide_steps)
       .def_readonly("slide_pairs", &Report::slide_pairs, "As World.set_slide_budget() counts them.")
+      .def_readonly("most_slide_work", &Report::most_slide_work,
+                    "The most that one mover's slide took, as World.set_slide_budget() counts mover_work.")
       .def_readonly("refused_selections", &Report::refused_selections)
       .def_readonly("is_proven", &Report::is_proven, "False: checked at sampled poses only.");
 }

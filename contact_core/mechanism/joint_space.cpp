@@ -85,7 +85,9 @@ class ScaledRows {
     state.x = scaling_.to_scaled(goal);
     const bool found = Solver::find(scaled_, state);
     // The plan names the active rows, with forces in the caller's units.
+    const std::uint64_t before = plan.work;
     plan = {};
+    plan.work = before + kWidth * static_cast<std::uint64_t>(scaled_.count + state.steps);
     plan.active_count = state.count;
     for (int i = 0; i < state.count; ++i) {
       const int active = state.active[i], row = row_of_[active];
@@ -100,6 +102,7 @@ class ScaledRows {
 
  private:
   using Solver = RowProjection<N>;
+  static constexpr std::uint64_t kWidth = N / 8;  ///< in rows of eight joint values
 
   Scaling<N> scaling_;
   std::span<const JointRow> rows_;

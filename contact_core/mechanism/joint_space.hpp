@@ -93,6 +93,7 @@ struct JointSlidePlan {
   JointVector force{};                         ///< of these, f >= 0: M (dq - goal) = sum of f g
   bool is_whole = false;                       ///< planned for all of the goal, and not shortened
   double left_over = 0.0;  ///< what raising rows for bends added to the square of the distance left, about
+  std::uint64_t work = 0;  ///< rows that were projected on, each time, and steps of the projections
 };
 
 /// As plan_slide(), in joint space: min |dq - goal| under the rows, raised by what the path bends; no longer

@@ -100,6 +100,7 @@ struct RowProjection {
     std::array<int, N> active{};  ///< rows that hold
     std::array<double, N> multiplier{};
     Span span;  ///< of these, in their order
+    int steps = 0;
 
     void take(int row, double force, const Row& rest, const std::array<double, N>& coefficient) {
       active[count] = row;
@@ -144,6 +145,7 @@ struct RowProjection {
     double taken = 0.0;
     for (; iterations < kIterations; ++iterations) {
       // The direction that leaves the active rows as they are, and what that costs each.
+      ++s.steps;
       std::array<double, N> coefficient;
       const Row z = s.span.split(rows.g[p], coefficient);
       const auto r = s.span.solve(coefficient);

@@ -122,6 +122,7 @@ bool project_lifted(const Twist& goal, const TwistMetric& metric_W, std::span<co
   Lifts lift{};
   const std::span<const double> lifts = std::span(lift).first(rows.size());
   for (int round = 0; round < kLiftRounds; ++round) {
+    plan.work += rows.size();
     if (!project(goal, metric_W, rows, lifts, translation_only, plan.twist, plan.active)) return false;
     if (!raise(rows, plan.twist, lift)) break;
   }
@@ -221,9 +222,13 @@ SlidePlan plan_slide(const Twist& goal, const TwistMetric& metric_W, std::span<c
   for (SlideRow& row : kept) row.slack = std::max(row.slack, 0.0);
   const Lifts none{};
   const std::span<const SlideRow> kept_rows = std::span(kept).first(rows.size());
+  plan.work += rows.size();
   if (!project(wanted, metric_W, kept_rows, std::span(none).first(rows.size()), translation_only, plan.twist,
-               plan.active))
-    return {};
+               plan.active)) {
+    SlidePlan stays;
+    stays.work = plan.work;
+    return stays;
+  }
   plan.twist = share_that_gains(wanted, metric_W, plan.twist) * plan.twist;
   return plan;
 }

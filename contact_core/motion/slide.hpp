@@ -74,6 +74,7 @@ struct SlidePlan {
   bool is_whole = false;  ///< planned for all of the goal, and not shortened
   double left_over =
       0.0;  ///< what raising rows for bends added to the square of the distance left, about [m2]
+  std::uint64_t work = 0;  ///< rows that were projected on, each time
 };
 
 /// The motion of one sub-step. A straight twist (the centre of mass moves straight, the turn is steady) that

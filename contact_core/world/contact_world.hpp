@@ -203,7 +203,8 @@ struct FrameReport {
   std::uint64_t queries = 0;           ///< narrowphase calls
   std::uint32_t iteration_limits = 0;  ///< pairs stopped early for want of iterations
   std::uint32_t slide_steps = 0;       ///< sub-steps of slides; at most kMostSlideSteps
-  std::uint64_t slide_pairs = 0;       ///< what SlideBudget counts
+  std::uint64_t slide_pairs = 0;       ///< what SlideBudget::pairs counts
+  std::uint64_t most_slide_work = 0;   ///< what SlideBudget::mover_work counts, of the mover that took most
   /// Movers whose slides the budget ended before they came to rest, by ObjectHandle::slot: a rigid body by
   /// the object that was commanded, a mechanism by its first link. Valid until the next frame.
   std::span<const ObjectHandle> cut_off;
@@ -213,17 +214,30 @@ struct FrameReport {
   MotionCheck check = MotionCheck::proven;  ///< how this frame's poses were checked
 };
 
-/// The budget of all slides of a frame together; commanded paths do not count. It is checked between pairs; a
-/// pair that is begun is finished. A mover that is cut off stops where its last sub-step ended, which is as
-/// safe as any other pose. A sub-step that cannot be checked completely is executed for none of its movers.
-/// Plans get equal shares of what is left at a sub-step's begin, so that results do not depend on the movers'
-/// order.
+/// What a mover's slide may take unless set otherwise: see SlideBudget.
+inline constexpr std::uint64_t kMoverWork = 16384;
+
+/// The budget of a frame's slides; commanded paths do not count. A mover that is cut off stops where its last
+/// sub-step ended, which is as safe as any other pose.
+///
+/// `pairs` and `seconds` are of all slides together. They are checked between pairs; a pair that is begun is
+/// finished. A sub-step that cannot be checked completely is executed for none of its movers. Plans get equal
+/// shares of what is left at a sub-step's begin, so that results do not depend on the movers' order. With
+/// either, slides are planned one after the other, on one thread.
+///
+/// `mover_work` is of each mover by itself, whoever slides beside it and on however many threads. It is
+/// checked between sub-steps, and within a plan each time that this would be made once more: what is begun is
+/// finished, so that a mover always goes on by one sub-step, and by a plan and its check beyond the budget.
 struct SlideBudget {
   /// Near pairs that are planned with, and those whose paths are checked, each once a sub-step: mostly one to
   /// three narrowphase calls, kImpactIterations at most. The same on every machine.
   std::uint64_t pairs = std::numeric_limits<std::uint64_t>::max();
   /// By the clock, from when slides begin [s]; >= 0. The cut differs from run to run.
   double seconds = kInfinity;
+  /// Rows that plans are projected on, each as often, and steps of the projections of an arm, both four times
+  /// where it has more than eight joints; near pairs, and looks at these along paths: mostly 0.2 to 1 us
+  /// each. The same on every machine.
+  std::uint64_t mover_work = kMoverWork;
 };
 
 /// The guarantees of a world's answers: those of its narrowphase.
@@ -327,7 +341,7 @@ class ContactWorld {
   /// @throws InputError: as before; a tool frame.
   void set_default_hand(const std::optional<HandStiffness>& hand);
 
-  /// For all frames from now on; unlimited before. @throws InputError: seconds < 0 or NaN.
+  /// For all frames from now on; SlideBudget{} before. @throws InputError: seconds < 0 or NaN.
   void set_slide_budget(const SlideBudget& budget);
   const SlideBudget& slide_budget() const;
 

@@ -212,12 +212,22 @@ class Budgets(unittest.TestCase):
         self.assertGreater(free, 20)
         heap = Heap()
         heap.world.set_slide_budget(pairs=10)
-        self.assertEqual(heap.world.slide_budget, {"pairs": 10, "seconds": None})
+        self.assertEqual(heap.world.slide_budget, {"pairs": 10, "seconds": None, "mover_work": 16384})
         _, most, cut = heap.fly()
         self.assertGreater(cut, 0)
         self.assertLess(most, free)
         heap.world.set_slide_budget()
-        self.assertEqual(heap.world.slide_budget, {"pairs": None, "seconds": None})
+        self.assertEqual(heap.world.slide_budget, {"pairs": None, "seconds": None, "mover_work": 16384})
+
+    def test_work_of_a_mover_is_cut_or_not(self):
+        free, _, cut = Heap().fly()
+        self.assertEqual(cut, 0)
+        heap = Heap()
+        heap.world.set_slide_budget(mover_work=None)
+        self.assertEqual(heap.world.slide_budget, {"pairs": None, "seconds": None, "mover_work": None})
+        self.assertEqual(heap.fly()[0], free)
+        heap.world.set_slide_budget(mover_work=1)
+        self.assertGreater(heap.fly()[2], 0)
 
     def test_no_time_is_no_slide(self):
         heap = Heap()
@@ -233,7 +243,7 @@ class Budgets(unittest.TestCase):
         for pairs in (-1, 1.5, "many"):
             with self.assertRaises(TypeError):
                 world.set_slide_budget(pairs=pairs)
-        self.assertEqual(world.slide_budget, {"pairs": None, "seconds": None})
+        self.assertEqual(world.slide_budget, {"pairs": None, "seconds": None, "mover_work": 16384})
 
 
 class Pools(unittest.TestCase):

@@ -174,6 +174,8 @@ ArmPlan plan_arm_slide(const Slider& slider, ArmObstacles& obstacles, std::vecto
   obstacles.take_up_standing();
   // A plan is repeated with a row for each joint limit that it goes beyond, until it keeps to all.
   JointStops stops;
+  ArmPlan out;
+  const auto has_spent = [&] { return slider.has_spent(out.work + obstacles.near().size()); };
   const auto plan_with = [&](bool all) {
     collect_rows(obstacles.near(), all, rows);
     for (;;) {
@@ -182,7 +184,8 @@ ArmPlan plan_arm_slide(const Slider& slider, ArmObstacles& obstacles, std::vecto
       stops.append_to(joint_rows);
       ArmBends bends(arm, rows, joint_rows);
       JointSlidePlan plan = plan_joint_slide(wanted, arm.metric(), joint_rows, bends);
-      if (stops.take_up(arm, plan.dq)) continue;  // each limit once at most
+      out.work += plan.work;
+      if (stops.take_up(arm, plan.dq) && !has_spent()) continue;  // each limit once at most
       stops.hold(arm, plan.dq);
       return plan;
     }
@@ -207,11 +210,11 @@ ArmPlan plan_arm_slide(const Slider& slider, ArmObstacles& obstacles, std::vecto
     bool changed = obstacles.take_up_on_path();
     if (obstacles.is_over()) break;
     if (choose_planes(arm, obstacles, plan.dq)) changed = true;
-    if (!changed) break;
+    if (!changed || has_spent()) break;
     plan = plan_with(true);
   }
+  out.work += obstacles.near().size();
   // The result names the contacts that hold the plan, and the hand feels them.
-  ArmPlan out;
   out.is_near_end = slider.trust == 1.0 && plan.is_whole && !shares_room(obstacles.near()) &&
                     leaves_little(slider, plan.left_over);
   for (const int row : std::span(plan.active).first(static_cast<std::size_t>(plan.active_count)))

@@ -32,6 +32,7 @@ class ArmObstacles {
 struct ArmPlan {
   bool moves = false;
   bool is_near_end = false;                                       ///< see Slider
+  std::uint64_t work = 0;                                         ///< adds to Slider::work
   int held_by = 0;                                                ///< rows that hold it back
   std::array<int, kMostSlideJoints> active{};                     ///< these, among its rows
   Vector3 force_W = Vector3::Zero(), moment_W = Vector3::Zero();  ///< HandFeel's, where a hand holds the arm
@@ -42,7 +43,7 @@ struct ArmPlan {
 };
 
 /// As plan_rigid_slide(), in joint values. Rows of what the plan could meet only: with the others it would be
-/// the same.
+/// the same. Once the slider's work is spent it ends with the plan that it has.
 /// @param rows, joint_rows room; then the plan's.
 ArmPlan plan_arm_slide(const Slider& slider, ArmObstacles& obstacles, std::vector<SlideRow>& rows,
                        std::vector<JointRow>& joint_rows);

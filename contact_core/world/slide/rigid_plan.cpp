@@ -55,20 +55,24 @@ RigidPlan plan_rigid_slide(const Slider& slider, const Pose& X_WR, bool translat
   const TwistMetric metric_W = metric_at(slider, X_WR);
   Twist goal = twist_to_goal(slider, X_WR);
   if (translation_only) goal.w = Vector3::Zero();
+  std::uint64_t work = near.size();
   const auto plan_with = [&](bool all) {
     collect_rows(near, all, rows);
-    return plan_slide(slider.trust * goal, metric_W, rows, translation_only);
+    const SlidePlan plan = plan_slide(slider.trust * goal, metric_W, rows, translation_only);
+    work += plan.work;
+    return plan;
   };
   SlidePlan twist = plan_with(false);
   for (int round = 0; round < kPlaneRounds; ++round) {
     bool changed = round == 0;
     for (NearPair& pair : near)
       if (!pair.is_sure && choose_plane(pair, twist.twist)) changed = true;
-    if (!changed) break;
+    if (!changed || (round > 0 && slider.has_spent(work))) break;
     twist = plan_with(true);
   }
   RigidPlan plan{RigidPath(X_WR)};
   plan.active = twist.active;
+  plan.work = work;
   feel(slider, goal, metric_W, translation_only, rows, twist.active, plan);
   plan.is_near_end =
       slider.trust == 1.0 && twist.is_whole && !shares_room(near) && leaves_little(slider, twist.left_over);

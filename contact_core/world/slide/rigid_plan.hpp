@@ -16,6 +16,7 @@ struct RigidPlan {
   ActiveRows active = {};                                         ///< hold it back: among its rows
   Vector3 force_W = Vector3::Zero(), moment_W = Vector3::Zero();  ///< HandFeel's [N], [N m]
   bool is_near_end = false;                                       ///< see Slider
+  std::uint64_t work = 0;                                         ///< adds to Slider::work
 };
 
 /// Plans from where the body stands and what is near, and from nothing else. Faces in contact are taken

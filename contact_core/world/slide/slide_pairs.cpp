@@ -332,6 +332,17 @@ bool SlidePairs::is_near_on_path(const WorldModel& model, const FramePair& pair)
          !(pair.impact.start_separation - model.last_travel(pair.solids, pair.link_pair) > pair.interest);
 }
 
+void SlidePairs::add_looks(const WorldModel& model, Sliders& sliders) const {
+  for (const std::uint32_t index : open_) {
+    const FramePair& pair = pairs_[index];
+    if (!is_near_on_path(model, pair)) continue;
+    const std::uint32_t a = model.root_of(pair.solids.a), b = model.root_of(pair.solids.b);
+    const auto looks = static_cast<std::uint64_t>(pair.impact.queries);
+    if (Slider* slider = sliders.find(a)) slider->work += looks;
+    if (Slider* slider = a == b ? nullptr : sliders.find(b)) slider->work += looks;
+  }
+}
+
 /// Of those in close_, into open_.
 void SlidePairs::keep_unclear(const Scope& scope) {
   constexpr std::size_t kClosePairsAtOnce = 32;

@@ -54,6 +54,9 @@ class SlidePairs {
   /// of iterations.
   std::uint32_t find_impacts(const Scope& scope);
 
+  /// Adds to the work of each slider how often its pairs were looked at by that.
+  void add_looks(const WorldModel& model, Sliders& sliders) const;
+
   /// Finds the pairs that a slider plans with, for near(): all that a rigid body could reach, or all of an
   /// arm that are not known to be separated at its pose.
   void find_near(const Scope& scope, const Slider& slider);

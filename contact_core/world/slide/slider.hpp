@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
@@ -45,6 +46,10 @@ struct Slider {
   Twist remaining;           ///< what is left of the commanded path while it shoves
   Vector3 remaining_centre_O = Vector3::Zero();  ///< about which that turns
   bool is_cut_off = false;                       ///< the budget ended it
+  std::uint64_t work = 0;                        ///< of this frame so far: see SlideBudget::mover_work
+  std::uint64_t most_work = std::numeric_limits<std::uint64_t>::max();  ///< the budget's
+
+  bool has_spent(std::uint64_t more = 0) const { return work + more > most_work; }
 
   /// No turn of a rigid body is longer than this for each metre of distance in the metric [rad/m].
   double turn_rate() const;

@@ -176,6 +176,7 @@ bool Slides::begin(const FrameScope& scope) {
     slider.root = slider.leader = slot, slider.stop = stop, slider.arm = arm;
     slider.goal = path.to();
     slider.pivots = pivots;
+    slider.most_work = budget.mover_work;
     slider.shoves = has_taken_along;
     if (has_taken_along && arm == nullptr) begin_shove(slider, path, stop);
     if (arm != nullptr) begin_arm_slide(slider);
@@ -284,9 +285,18 @@ void Slides::take_up_pairs(const FrameScope& scope) {
   }
 }
 
+/// Those whose own budget is spent stand where their last sub-step led.
+void Slides::end_spent() {
+  for (Slider& slider : sliders_.list) {
+    if (slider.done || !slider.has_spent()) continue;
+    slider.done = slider.is_cut_off = true;
+  }
+}
+
 /// @returns whether any moves: their paths are laid, and their stops are known.
 bool Slides::plan(const FrameScope& scope, FrameReport& report) {
   WorldModel& model = scope.model;
+  end_spent();
   // Sliders that are not done share the budget.
   std::size_t sharers = 0;
   for (const Slider& slider : sliders_.list) sharers += !slider.done;
@@ -317,6 +327,7 @@ bool Slides::plan(const FrameScope& scope, FrameReport& report) {
   take_up_pairs(scope);
   meter_.begin_checks();
   report.iteration_limits += pairs_.find_impacts(pair_scope(scope));
+  pairs_.add_looks(model, sliders_);
   return true;
 }
 
@@ -380,7 +391,7 @@ void Slides::plan_in_lanes(const FrameScope& scope) {
       std::atomic_ref<bool>(pairs_[source].is_active).store(true, std::memory_order_relaxed);
     });
     slider.force_W = plan.force_W, slider.moment_W = plan.moment_W;
-    slider.is_near_end = plan.is_near_end;
+    slider.is_near_end = plan.is_near_end, slider.work += plan.work;
     path = CarriedPath(plan.path, model.objects.poses_in_body());
   });
   // The budget counts the pairs in the sliders' order.
@@ -410,7 +421,7 @@ RigidPath Slides::plan_rigid(const FrameScope& scope, Slider& slider) {
   const RigidPlan plan = plan_rigid_slide(slider, X_WR, translation_only, pairs_.near(), rows_);
   for_each_holding(rows_, plan.active.rows(), [&](std::uint32_t source) { pairs_[source].is_active = true; });
   slider.force_W = plan.force_W, slider.moment_W = plan.moment_W;
-  slider.is_near_end = plan.is_near_end;
+  slider.is_near_end = plan.is_near_end, slider.work += plan.work;
   return plan.path;
 }
 
@@ -424,7 +435,7 @@ bool Slides::plan_arm(const FrameScope& scope, Slider& slider) {
     pairs_[source].is_active = true;
     pairs_.note_held(slider, source);
   });
-  slider.is_near_end = plan.is_near_end;
+  slider.is_near_end = plan.is_near_end, slider.work += plan.work;
   return plan.moves;
 }
 
@@ -496,6 +507,7 @@ void Slides::report_feel(const WorldModel& model, FrameReport& report) {
   for (const Slider& slider : sliders_.list) {
     const ObjectHandle object = model.objects.handle(slider.root);
     if (slider.is_cut_off) cut_off_.push_back(object);
+    report.most_slide_work = std::max(report.most_slide_work, slider.work);
     if (slider.pivots || slider.start_distance == 0.0) continue;
     if (slider.arm != nullptr) {
       if (slider.arm->hand != nullptr)

@@ -75,6 +75,7 @@ class Slides {
   void find_pairs(const FrameScope& scope);
   void gather_pairs(const FrameScope& scope);
   void take_up_pairs(const FrameScope& scope);
+  void end_spent();
   bool plan(const FrameScope& scope, FrameReport& report);
   void plan_in_turn(const FrameScope& scope);
   bool may_plan_in_lanes(std::size_t sharers) const;

@@ -77,7 +77,7 @@ class Log {
     for (const std::uint64_t count :
          {report.frame, std::uint64_t{report.blocked_movers}, std::uint64_t{report.candidate_pairs},
           report.queries, std::uint64_t{report.iteration_limits}, std::uint64_t{report.slide_steps},
-          report.slide_pairs, std::uint64_t{report.selections.size()},
+          report.slide_pairs, report.most_slide_work, std::uint64_t{report.selections.size()},
           std::uint64_t{report.refused_selections.size()}})
       add(count);
     for (const ContactEvent& event : report.events) add(event);
@@ -506,6 +506,17 @@ TEST(FrameThreads, SlidesPlannedAtOnceAreThoseThatArePlannedInTurn) {
   ample.pairs = std::uint64_t{1} << 40;
   const std::vector<Vector3> in_turn = slide_through(1, ample);
   for (const std::size_t threads : {1, 2, 4}) EXPECT_TRUE(slide_through(threads, {}) == in_turn) << threads;
+}
+
+// Nor does a budget that each mover has for itself: it cuts off the same ones.
+TEST(FrameThreads, ABudgetOfMoversCutsOffTheSameOnAnyThreads) {
+  SlideBudget tight;
+  tight.mover_work = 60;
+  const std::vector<Vector3> one = slide_through(1, tight);
+  EXPECT_FALSE(slide_through(1, {}) == one);
+  for (const std::size_t threads : {2, 4}) EXPECT_TRUE(slide_through(threads, tight) == one) << threads;
+  tight.pairs = std::uint64_t{1} << 40;
+  EXPECT_TRUE(slide_through(1, tight) == one) << "planned in turn";
 }
 
 TEST(FrameThreads, RegistrationOrderDoesNotShow) {

@@ -418,6 +418,7 @@ class Comparison {
     const PairRule first_rule = draw_rule(script_.random());
     SlideBudget budget;
     if (script_.random().one_in(4)) budget.pairs = 5 + script_.random().below(60);
+    if (script_.random().one_in(4)) budget.mover_work = script_.random().below(400);
     for (Flight& flight : flights_) {
       flight.world().set_default_rule(first_rule);
       flight.world().set_slide_budget(budget);

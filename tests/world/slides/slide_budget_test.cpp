@@ -64,7 +64,7 @@ struct Heap {
 };
 
 struct HeapFigures {
-  std::uint64_t most_pairs = 0, cut_off = 0, steps = 0;
+  std::uint64_t most_pairs = 0, most_work = 0, cut_off = 0, steps = 0;
 };
 
 HeapFigures fly(Heap& heap, int frames) {
@@ -72,6 +72,7 @@ HeapFigures fly(Heap& heap, int frames) {
   for (int number = 0; number < frames; ++number) {
     const FrameReport report = heap.frame(number);
     out.most_pairs = std::max(out.most_pairs, report.slide_pairs);
+    out.most_work = std::max(out.most_work, report.most_slide_work);
     out.cut_off += report.cut_off.size();
     out.steps += report.slide_steps;
   }
@@ -81,6 +82,12 @@ HeapFigures fly(Heap& heap, int frames) {
 SlideBudget pairs(std::uint64_t most) {
   SlideBudget budget;
   budget.pairs = most;
+  return budget;
+}
+
+SlideBudget mover_work(std::uint64_t most) {
+  SlideBudget budget;
+  budget.mover_work = most;
   return budget;
 }
 
@@ -102,10 +109,74 @@ TEST(SlideBudget, CutsOffWhatIsBeyondIt) {
   EXPECT_GE(narrow.way(), none.way());
 }
 
-TEST(SlideBudget, OrderDoesNotShow) {
+// Whatever is left, a mover goes on by one sub-step; what it took is said.
+TEST(SlideBudget, OfAMoverEndsItsSlide) {
+  Heap free, narrow, none;
+  const HeapFigures all = fly(free, 12);
+  EXPECT_EQ(free.world->slide_budget().mover_work, kMoverWork);
+  narrow.world->set_slide_budget(mover_work(all.most_work / 4));
+  none.world->set_slide_budget(mover_work(0));
+  const HeapFigures cut = fly(narrow, 12), one_step = fly(none, 12);
+  std::cout << "work of a mover, at most: " << all.most_work
+            << ", with a budget of a quarter: " << cut.most_work << ", of 0: " << one_step.most_work
+            << ", way " << free.way() << ", " << narrow.way() << " and " << none.way() << " m\n";
+  EXPECT_EQ(all.cut_off, 0u);
+  EXPECT_GT(cut.cut_off, 0u);
+  EXPECT_LT(cut.most_work, all.most_work);
+  EXPECT_LT(one_step.most_work, cut.most_work);
+  EXPECT_GT(one_step.cut_off, 0u);
+  EXPECT_GT(one_step.steps, 0u);
+  EXPECT_LT(one_step.steps, cut.steps);
+}
+
+/// A box pressed into a corner of three others, and a second one into its own, far away.
+struct TwoCorners {
+  std::unique_ptr<ContactWorld> world = make_world();
+  std::array<ObjectHandle, 2> movers;
+
+  TwoCorners() {
+    world->set_default_rule(rule(ContactPolicy::slide));
+    for (int k = 0; k < 2; ++k) {
+      const double x = 100.0 * k;
+      const std::string name = std::to_string(k);
+      movers[k] = world->add({box_tree("mover " + name, {0.3, 0.2, 0.2}), at(x, 0, 0.2), false});
+      for (int i = 0; i < 3; ++i) {
+        Pose X = at(x + 0.4 * i, 0.1 * i, -0.1);
+        X.R = rotation_about(Vector3(2, -1, 2) / 3, 0.3 + 0.4 * i);
+        world->add({box_tree("other " + name + std::to_string(i), {0.3, 0.4, 0.2}), X, true});
+      }
+    }
+  }
+  FrameReport press(std::size_t count) {
+    std::vector<MotionCommand> commands;
+    for (std::size_t k = 0; k < count; ++k)
+      commands.push_back(world->move_by(movers[k], {0.08, 0.03, -0.1}, {0.1, 0.3, 0.1}));
+    return world->frame(commands);
+  }
+};
+
+// Where pairs and time are shared out, a mover's own work is its own.
+TEST(SlideBudget, OfAMoverIsNotSharedWithOthers) {
+  TwoCorners alone, beside;
+  for (TwoCorners* corners : {&alone, &beside}) corners->world->set_slide_budget(mover_work(40));
+  std::uint64_t cut_off = 0;
+  for (int frame = 0; frame < 12; ++frame) {
+    for (const ObjectHandle& object : alone.press(1).cut_off) cut_off += object == alone.movers[0];
+    beside.press(2);
+    const Pose &X = alone.world->actual_pose(alone.movers[0]),
+               &Y = beside.world->actual_pose(beside.movers[0]);
+    EXPECT_TRUE(X.p == Y.p && X.R == Y.R) << frame;
+  }
+  EXPECT_GT(cut_off, 0u);
+}
+
+class SlideBudgetOrder : public ::testing::TestWithParam<bool> {};
+
+TEST_P(SlideBudgetOrder, DoesNotShow) {
   Heap heap, reversed(true);
   std::uint64_t cut_off = 0;
-  heap.world->set_slide_budget(pairs(90)), reversed.world->set_slide_budget(pairs(90));
+  const SlideBudget budget = GetParam() ? mover_work(300) : pairs(90);
+  heap.world->set_slide_budget(budget), reversed.world->set_slide_budget(budget);
   for (int number = 0; number < 20; ++number) {
     const FrameReport first = heap.frame(number);
     cut_off += first.cut_off.size();
@@ -119,6 +190,9 @@ TEST(SlideBudget, OrderDoesNotShow) {
   }
   EXPECT_GT(cut_off, 0u);
 }
+
+INSTANTIATE_TEST_SUITE_P(Budgets, SlideBudgetOrder, ::testing::Bool(),
+                         [](const auto& test) { return test.param ? "OfAMover" : "OfPairs"; });
 
 TEST(SlideBudget, OfTimeEndsSlides) {
   Heap heap;

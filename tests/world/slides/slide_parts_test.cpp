@@ -457,10 +457,14 @@ TEST(SlidePairs, LookOnlyAsFarAsTheNearestLetsThem) {
   row.model.in_motion[0] = 1;
   row.model.travels.last_solid[0] = row.model.travels.of_solid[0] = 4.0;
   row.pairs.find_impacts(row.scope());
+  row.pairs.add_looks(row.model, row.sliders);
+  std::uint64_t looks = 0;
   for (const FramePair& pair : row.pairs.pairs()) {
     EXPECT_EQ(pair.stops_movers(), pair.solids.b == 2);
     if (pair.solids.b == 1) EXPECT_EQ(pair.impact.queries, 1);
+    looks += static_cast<std::uint64_t>(pair.impact.queries);
   }
+  EXPECT_EQ(row.sliders.list[0].work, looks);
 }
 
 // The watch may be built anew within a frame, and pairs get other indices there.
