@@ -1,5 +1,7 @@
 #include <pybind11/stl.h>
 
+#include <limits>
+
 #include "touchstone/adapters/python/arrays.hpp"
 #include "touchstone/adapters/python/world.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "touchstone/contact_core/mechanism/joint_space.hpp"
 #include "touchstone/tests/world/arms/arm_fixture.hpp"
 
 // Mechanisms that slide in joint space.
@@ -115,6 +116,33 @@ TEST(JointSlide, SlidesAlongItself) {
   EXPECT_NEAR(world->joint_values(arm)[1], 1.34, 0.1);
   EXPECT_LT(distance(*world, arm), before - 0.05);
   EXPECT_GE(worst, 0.25 * kGap);
+}
+
+/// A row's path bends by so much times the square of how long it is.
+class GivenBends final : public JointBends {
+ public:
+  explicit GivenBends(double bend) : bend_(bend) {}
+  void lay(const JointVector& dq) noexcept override { square_ = dq[0] * dq[0] + dq[1] * dq[1]; }
+  double most(std::size_t) noexcept override { return bend_ * square_; }
+  double bend(std::size_t) noexcept override { return bend_ * square_; }
+
+ private:
+  double bend_, square_ = 0.0;
+};
+
+// To clear the bends of 0.25 rad the second joint has to go by more than 1 rad, of half of that by 0.1.
+TEST(JointSlide, PlansForHalfWhereThatGainsMore) {
+  JointRow row;
+  row.g[1] = 1.0;
+  JointVector goal{};
+  goal[0] = 1.0;
+  const std::vector<double> weights{1.0, 1.0};
+  GivenBends bends(8.0);
+  const JointMetric metric{weights, nullptr};
+  const JointSlidePlan plan = plan_joint_slide(goal, metric, {&row, 1}, bends);
+  JointVector left = goal;
+  for (int k = 0; k < 2; ++k) left[k] -= plan.dq[k];
+  EXPECT_LT(joint_product(left, left, metric), 0.8);
 }
 
 // The distance to the command never grows along what is executed, and every part keeps its gap.
