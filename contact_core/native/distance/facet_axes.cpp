@@ -31,6 +31,7 @@ template <class Visit>
 void visit_axes(const HullPair& pair, const SolidFeatures& a, const Matrix3& R_WA, const SolidFeatures& b,
                 const Matrix3& R_WB, const Visit& visit) {
   const Matrix3 N_WA = cofactor(R_WA), N_WB = cofactor(R_WB);
+  // Facets of B - A that are facets of A, and of B.
   for (int i = 0; i < a.normal_count; ++i) {
     const Vector3 axis = rotate(N_WA, a.normals[i]);
     visit(along(pair, axis, norm(axis)));
@@ -39,6 +40,7 @@ void visit_axes(const HullPair& pair, const SolidFeatures& a, const Matrix3& R_W
     const Vector3 axis = rotate(N_WB, b.normals[j]);
     visit(along(pair, axis, norm(axis)));
   }
+  // Facets across an edge of each; those of nearly parallel edges need a cross product without cancellation.
   std::array<Vector3, 18> edges_b;
   for (int j = 0; j < b.edge_count; ++j) edges_b[j] = rotate(R_WB, b.edges[j]);
   for (int i = 0; i < a.edge_count; ++i) {

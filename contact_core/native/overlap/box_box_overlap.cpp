@@ -121,6 +121,7 @@ Certified certify_closely(const Setup& s, double face_slack, const std::array<do
 }  // namespace
 
 Certified certify_boxes(const Vector3& half_a, const Pose& X_WA, const Vector3& half_b, const Pose& X_WB) {
+  // Both boxes in the frames of each other.
   Setup s;
   const Vector3 T = X_WB.p - X_WA.p;
   s.size = (norm_1(half_a) + norm_1(half_b)) + norm_1(T);
@@ -135,10 +136,12 @@ Certified certify_boxes(const Vector3& half_a, const Pose& X_WA, const Vector3& 
       s.absC[i][j] = std::abs(s.C[i][j]);
     }
   }
+  // Face axes separate most pairs that are apart, so they come first.
   const double slack_a = std::min(std::min(face_slack_a(s, 0), face_slack_a(s, 1)), face_slack_a(s, 2));
   if (slack_a < -margin) return Certified::separated;
   const double slack_b = std::min(std::min(face_slack_b(s, 0), face_slack_b(s, 1)), face_slack_b(s, 2));
   if (slack_b < -margin) return Certified::separated;
+  // Axes across two edges, then a closer look where the coarse margin certifies nothing.
   const std::array<double, 9> crosses = cross_slacks(s);
   const double face_slack = std::min(slack_a, slack_b);
   const double cross_slack_least = least(crosses);

@@ -166,12 +166,14 @@ Certified certify_hulls(const HullPair& pair, const Vector3& start) {
 }
 
 Certified certify_hulls(const HullPair& pair, const Vector3& start, Vector3& axis) {
+  // The axis given separates most pairs that it separated before.
   const Vector3 first = usable(start);
   MinkowskiSupport support = least_along(pair, first);
   if (support.value > certain_gap(first, pair.extent)) {
     axis = first;
     return Certified::separated;
   }
+  // GJK: the simplex comes nearer to the origin until it holds it, or an axis separates, or it gains nothing.
   Simplex s;
   append(pair, support, s);
   s.weight[0] = 1.0;

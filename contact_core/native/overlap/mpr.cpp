@@ -71,6 +71,7 @@ Certified certify_by_mpr(const HullPair& pair, Portal& portal) {
     portal.axis = -axis;
     return true;
   };
+  // A portal about the ray from a point inside of B - A through the origin.
   const Vector3 v0 = difference_of_means(pair);
   Vector3 axis = -v0;
   Extreme v1 = extreme_along(pair, axis);
@@ -84,7 +85,7 @@ Certified certify_by_mpr(const HullPair& pair, Portal& portal) {
     std::swap(v1, v2);
     axis = -axis;
   }
-
+  // The portal is turned until the ray passes through it.
   int step = 0;
   Extreme v3;
   for (;; ++step) {
@@ -101,7 +102,7 @@ Certified certify_by_mpr(const HullPair& pair, Portal& portal) {
     }
     axis = cross(v1.w - v0, v2.w - v0);
   }
-
+  // It is moved outwards until the origin is inside, or beyond its plane, or nothing lies further out.
   for (;; ++step) {
     axis = cross(v2.w - v1.w, v3.w - v1.w);
     const double height = dot(axis, v1.w);

@@ -127,6 +127,7 @@ void write_certified(const Batch& batch, const std::array<Certified, kBlock>& ce
 
 /// Takes pairs with a pose that is not finite out of a batch of which kernels have left them unknown.
 void fail_not_finite(std::span<const Pose> poses, std::span<PairStatus> status, Batch& batch) {
+  // Coordinates decide most pairs that touch exactly; the others stay in the batch.
   std::size_t kept = 0;
   for (std::size_t i = 0; i < batch.count; ++i) {
     const PairIndices pair = batch.pairs[i];
@@ -172,6 +173,7 @@ void settle_closely(const SolidSet& set, const Kernels& kernels, SolidKind kind,
       status[slot] = to_status(certified == Certified::overlapping);
   }
   batch.count = kept;
+  // The depth kernels come next, and the hulls for pairs that these leave unknown.
   std::array<DepthRecord, kDepths> depths;
   for (std::size_t first = 0; first < batch.count; first += kDepths) {
     const std::size_t here = std::min(kDepths, batch.count - first);

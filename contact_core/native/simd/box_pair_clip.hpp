@@ -71,6 +71,7 @@ struct PairCrossings {
   /// As settle_parallel().
   TOUCHSTONE_INLINE void settle(const PairFaces& f, const Vector2Of<Double4>& a, const Vector2Of<Double4>& b,
                                 Double4 steep) {
+    // Edges that are parallel to rounding cut where their lines do, widened by a slack.
     const Double4 tolerance = all<Double4>((kCoincideRoundoffs * kU) * f.size), zero = {};
     const Double4 flush2 = all<Double4>(kFlush * kFlush), part = all<Double4>(kParallelPart);
     const Double4 a2 = shuffled<0, 0, 2, 2>(f.half2[0], f.half2[1]);
@@ -83,6 +84,7 @@ struct PairCrossings {
     reach_a = (area_b + (kept ? slack_a : zero)) * steep;
     reach_b = (area_a + (aligned ? slack_b : (slack_b * steep > part ? -slack_b : zero))) * steep;
 
+    // Edges that lie on each other are flush: their corner is left out.
     const Mask4 same_direction = dot(a, b) > zero;
     const Double4 beside = Double4{-1.0, -1.0, 1.0, 1.0} * shuffled<2, 3, 0, 1>(across);
     const Double4 half = same_direction ? area_b : -area_b;
@@ -195,6 +197,7 @@ TOUCHSTONE_INLINE unsigned long long write_pair_corners(const PairContact& conta
 TOUCHSTONE_INLINE ClipRecord clip_box_pair(const PoseRecord& X_WA, const BoxRecord& a, const PoseRecord& X_WB,
                                            const BoxRecord& b, const ClipTask& task,
                                            double max_point_separation) {
+  // Both solids, and the margins that their sizes and places ask for.
   BoxSolid<Double2> solids;
   solids.read({X_WA.R, X_WB.R}, {a.half_extents, b.half_extents});
   const Vector3Of<Double2> T = {all<Double2>(solids.p.x[1] - solids.p.x[0]),
@@ -212,6 +215,7 @@ TOUCHSTONE_INLINE ClipRecord clip_box_pair(const PoseRecord& X_WA, const BoxReco
   contact.limit = max_point_separation > contact.deep ? max_point_separation : contact.deep;
   contact.swapped = task.swapped;
 
+  // The contact faces, seen along the normal, and where their edges cross.
   const PairFaces f(solids, T, {all<Double2>(n[0]), all<Double2>(n[1]), all<Double2>(n[2])}, size);
   const PairCrossings crossings(f);
   const auto other = [](Double2 p) { return __builtin_shufflevector(p, p, 1, 0); };
@@ -221,12 +225,14 @@ TOUCHSTONE_INLINE ClipRecord clip_box_pair(const PoseRecord& X_WA, const BoxReco
                              sense * dot(normal, f.face.half[1])};
   const Double2 shortest = all<Double2>(kShortestPart * size), shortest2 = shortest * shortest;
   const Double2 shortest_of[2] = {shortest2 / f.half2[0], shortest2 / f.half2[1]};
+  // Parts of edges inside the other face end in the clip's corners.
   PointRecord points[8][1];
   const PairParts of_a = clip_pair_edges(edges_of_a(f, crossings));
   const PairParts of_b = clip_pair_edges(edges_of_b(f, crossings));
   unsigned long long flags = write_pair_corners<0>(contact, f.face, height, of_a, shortest_of, points);
   flags |= write_pair_corners<1>(contact, f.face, height, of_b, shortest_of, points);
 
+  // The corners' order, and whether the bounds hold for these faces.
   const unsigned turns = bits(crossings.across >= Double4{});  // by 2 i + j, wanted by i + 2 j
   flags |= static_cast<unsigned long long>((turns & 9u) | (turns & 2u) << 1 | (turns & 4u) >> 1)
            << CornerFlags::kTurns;

@@ -78,6 +78,7 @@ struct PairSearch {
 /// that near to parallel, so one lane is enough for each. @param which the edge of B, or -1 @return slacks
 TOUCHSTONE_INLINE Double4 refine_pair_axes(const BoxPair& boxes, const double* R_WB, const int (&which)[3],
                                            Double4 tie, PairSearch& search) {
+  // A lane for each edge of A, with its partner of B.
   Vector3Of<Double4> b = {};
   for (int i = 0; i < 3; ++i) {
     const int j = which[i] < 0 ? 0 : which[i];
@@ -88,6 +89,7 @@ TOUCHSTONE_INLINE Double4 refine_pair_axes(const BoxPair& boxes, const double* R
            half_width<Double4>(L, boxes.each[1], boxes.half[1]);
   };
   const SearchedAxis<Double4> fine = refined_axis<Double4>(boxes.direction[0], b, boxes.T, widths);
+  // Edges that are parallel have no axis; the turn that makes others parallel counts against the rest.
   const Double4 infinity = all<Double4>(__builtin_inf()), length = square_root(fine.L2);
   const Mask4 none = fine.L2 <= all<Double4>(kNoAxis2);
   const Double4 turn = turn_by(fine.L);

@@ -328,12 +328,14 @@ template <class Pack>
 TOUCHSTONE_INLINE Pack cross_edges(const ContactFace<Pack>& a, const ContactFace<Pack>& b,
                                    const PlaneAcross<Pack>& across, PlaneFaces<Pack>& plane,
                                    Crossings<Pack>& of_a, Crossings<Pack>& of_b, CornerLanes<Pack>& out) {
+  // Half edges in the plane across the normal.
   for (int k = 0; k < 2; ++k) {
     plane.a[k] = across.of(a.half[k]), plane.b[k] = across.of(b.half[k]);
     plane.a2[k] = dot(plane.a[k], plane.a[k]), plane.b2[k] = dot(plane.b[k], plane.b[k]);
     of_a.offset[k] = cross(plane.d, plane.b[k]), of_b.offset[k] = cross(plane.d, plane.a[k]);
   }
   plane.area_a = cross(plane.a[0], plane.a[1]), plane.area_b = cross(plane.b[0], plane.b[1]);
+  // Each edge of A against each of B; an inverse never overflows.
   const Pack size2 = plane.size * plane.size, least_cross = all<Pack>(kLeastCross) * size2;
   Pack steepest = Pack{};
   for (int i = 0; i < 2; ++i) {
@@ -484,6 +486,7 @@ TOUCHSTONE_INLINE ClipRecord collect(const PointRecord (&corners)[8][kLanes], in
                                      unsigned long long flags, std::uint64_t labels, std::uint32_t faces,
                                      bool swapped, PointRecord* points) {
   ClipRecord out{0, -1, (flags >> CornerFlags::kFits & 1u) != 0};
+  // The corners that are left, in their order about the clip.
   const unsigned turns = flags >> CornerFlags::kTurns & 15u, left = flags >> CornerFlags::kLeft & 0xffu;
   const std::uint32_t order = kEdgeOrders.edge[turns];
   unsigned places = kEdgeOrders.places_of(turns, left);
@@ -491,6 +494,7 @@ TOUCHSTONE_INLINE ClipRecord collect(const PointRecord (&corners)[8][kLanes], in
   const auto label_of = [labels](unsigned edge) {
     return static_cast<std::uint32_t>(labels >> 8 * edge & 0xffu);
   };
+  // Each is named by the edge that comes in and the one that goes out; equal names are one corner.
   const std::uint32_t first = swapped ? 16 : 1, second = swapped ? 1 : 16;
   std::uint32_t before = label_of(edge_at(31 - __builtin_clz(places | 1u)));
   for (; places != 0; places &= places - 1) {

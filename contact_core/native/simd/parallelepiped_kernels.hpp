@@ -77,6 +77,7 @@ TOUCHSTONE_INLINE void add_faces(const ParallelepipedLanes<Pack>& P, const Pack 
 template <class Pack>
 TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_parallelepiped_lanes(const ParallelepipedLanes<Pack>& A,
                                                                   const ParallelepipedLanes<Pack>& B) {
+  // The margin: roundings of sizes and places, and how far the vertices are from a parallelepiped's.
   const Vector3Of<Pack> T = (B.p - A.p) + (B.centre_W - A.centre_W);
   const Pack size = ((A.size + B.size) + (A.centre_sum + B.centre_sum)) + sum(T);
   const Pack position = largest(A.p) + largest(B.p);
@@ -87,6 +88,7 @@ TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_parallelepiped_lanes(const Parallel
       all<Pack>(2.0) * (A.deviation + B.deviation);
   verdicts.lanes.separated = MaskOf<Pack>{};
   verdicts.lanes.overlapping = ~MaskOf<Pack>{};
+  // Face axes of both.
   Pack a_b[3][3], b_a[3][3];
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) {
@@ -96,6 +98,7 @@ TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_parallelepiped_lanes(const Parallel
   }
   add_faces(A, a_b, T, verdicts);
   add_faces(B, b_a, T, verdicts);
+  // Axes across an edge of each.
   for (int i = 0; i < 3; ++i) {
     const int i1 = (i + 1) % 3, i2 = (i + 2) % 3;
     const Vector3Of<Pack> moment = cross(T, A.edge[i]);  // T . (a_i x b_j) = b_j . (T x a_i)

@@ -150,6 +150,27 @@ bool choose_planes(const MechanismMover& arm, ArmObstacles& obstacles, const Joi
   return changed;
 }
 
+/// Writes the contacts that hold a plan, whether it is worth its while, and its path. @param goal what the
+/// command has left.
+void take_plan(const Slider& slider, ArmObstacles& obstacles, const JointSlidePlan& plan, JointVector goal,
+               std::span<const SlideRow> rows, std::span<const JointRow> joint_rows, ArmPlan& out) {
+  MechanismMover& arm = *slider.arm;
+  // The result names the contacts that hold the plan, and the hand feels them.
+  out.is_near_end = slider.trust == 1.0 && plan.is_whole && !shares_room(obstacles.near()) &&
+                    leaves_little(slider, plan.left_over);
+  for (const int row : std::span(plan.active).first(static_cast<std::size_t>(plan.active_count)))
+    if (static_cast<std::size_t>(row) < rows.size()) out.active[out.held_by++] = row;
+  if (arm.hand != nullptr)
+    feel(arm, rows, joint_rows, std::span(plan.active).first(static_cast<std::size_t>(plan.active_count)),
+         out.force_W, out.moment_W);
+  // The plan is laid as a path only if it gains enough.
+  for (std::size_t k = 0; k < arm.actual.size(); ++k) goal[k] -= plan.dq[k];
+  const double gain = slider.distance - std::sqrt(joint_product(goal, goal, arm.metric()));
+  out.moves = gain >= kWorthwhile * slider.start_distance && gain > 0.0 && !obstacles.is_over();
+  ArmBends::lay_path(arm, out.moves ? plan.dq : JointVector{});
+  if (out.moves) arm.path.finish();
+}
+
 }  // namespace
 
 void begin_arm_slide(const Slider& slider) {
@@ -168,7 +189,8 @@ ArmPlan plan_arm_slide(const Slider& slider, ArmObstacles& obstacles, std::vecto
   // The plan aims at the part of the remaining joint motion that the slider is trusted with.
   MechanismMover& arm = *slider.arm;
   arm.frame.set(arm.X_WL);
-  JointVector goal = joints_left(arm), wanted{};
+  const JointVector goal = joints_left(arm);
+  JointVector wanted{};
   for (std::size_t k = 0; k < arm.actual.size(); ++k) wanted[k] = slider.trust * goal[k];
   // Pairs near where the arm stands are taken up first.
   obstacles.take_up_standing();
@@ -214,20 +236,7 @@ ArmPlan plan_arm_slide(const Slider& slider, ArmObstacles& obstacles, std::vecto
     plan = plan_with(true);
   }
   out.work += obstacles.near().size();
-  // The result names the contacts that hold the plan, and the hand feels them.
-  out.is_near_end = slider.trust == 1.0 && plan.is_whole && !shares_room(obstacles.near()) &&
-                    leaves_little(slider, plan.left_over);
-  for (const int row : std::span(plan.active).first(static_cast<std::size_t>(plan.active_count)))
-    if (static_cast<std::size_t>(row) < rows.size()) out.active[out.held_by++] = row;
-  if (arm.hand != nullptr)
-    feel(arm, rows, joint_rows, std::span(plan.active).first(static_cast<std::size_t>(plan.active_count)),
-         out.force_W, out.moment_W);
-  // The plan is laid as a path only if it gains enough.
-  for (std::size_t k = 0; k < arm.actual.size(); ++k) goal[k] -= plan.dq[k];
-  const double gain = slider.distance - std::sqrt(joint_product(goal, goal, arm.metric()));
-  out.moves = gain >= kWorthwhile * slider.start_distance && gain > 0.0 && !obstacles.is_over();
-  ArmBends::lay_path(arm, out.moves ? plan.dq : JointVector{});
-  if (out.moves) arm.path.finish();
+  take_plan(slider, obstacles, plan, goal, rows, joint_rows, out);
   return out;
 }
 

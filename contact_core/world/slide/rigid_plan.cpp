@@ -62,6 +62,7 @@ RigidPlan plan_rigid_slide(const Slider& slider, const Pose& X_WR, bool translat
     work += plan.work;
     return plan;
   };
+  // The first plan uses only the pairs whose plane is certain; planes of the others follow from the plans.
   SlidePlan twist = plan_with(false);
   for (int round = 0; round < kPlaneRounds; ++round) {
     bool changed = round == 0;
@@ -70,6 +71,7 @@ RigidPlan plan_rigid_slide(const Slider& slider, const Pose& X_WR, bool translat
     if (!changed || (round > 0 && slider.has_spent(work))) break;
     twist = plan_with(true);
   }
+  // The result names the contacts that hold the plan, and the hand feels them.
   RigidPlan plan{RigidPath(X_WR)};
   plan.active = twist.active;
   plan.work = work;
