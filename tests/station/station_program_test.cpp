@@ -131,12 +131,24 @@ TEST_F(StationProgram, ALiveFlightIsShownAsItsReplayIs) {
   EXPECT_NE(flown.out.find("cigi " + receiver.address() + ": 26 of 26 frames delivered, 0 dropped\n"),
             std::string::npos)
       << flown.out;
+  EXPECT_NE(flown.out.find("gltf: written\n"), std::string::npos) << flown.out;
   EXPECT_EQ(receiver.count(), 26);
   ASSERT_EQ(run("--replay " + file + " --poses " + later + " --gltf " + later).code, 0);
   const std::string record = read(live + "/flight.csv");
   EXPECT_NE(record.find("ssrms.tip_lee"), std::string::npos);
   EXPECT_EQ(record, read(later + "/flight.csv"));
   EXPECT_EQ(read(live + "/flight.gltf"), read(later + "/flight.gltf"));
+}
+
+TEST_F(StationProgram, SaysThatNobodyListensWhereItSends) {
+  std::string nowhere;
+  {
+    const Receiver gone;
+    nowhere = gone.address();
+  }
+  const Outcome flown = run("--port 0 --seconds 0.5 --scene grapple --cigi " + nowhere);
+  ASSERT_EQ(flown.code, 0) << flown.err;
+  EXPECT_NE(flown.out.find(" errors, the last: Connection refused\n"), std::string::npos) << flown.out;
 }
 
 TEST_F(StationProgram, ASignalEndsAFlightWithOutputsWithinASecond) {

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <system_error>
+
 namespace touchstone::station {
 namespace {
 
@@ -30,8 +32,12 @@ std::string LiveOutputs::lines(std::span<const training::OutputFigures> figures)
     if (each.status.offered > 0)
       out += fmt::format(" {} of {} frames delivered, {} dropped", each.status.delivered, each.status.offered,
                          each.status.dropped);
+    if (each.status.errors > 0)
+      out += fmt::format(", {} errors, the last: {}", each.status.errors,
+                         std::generic_category().message(each.status.last_error));
     if (each.status.offered > 0 && of_other_scenes_ > 0)
       out += fmt::format(", {} of another scene not shown", of_other_scenes_);
+    if (each.status.offered == 0 && each.error.empty()) out += " written";
     out += (each.error.empty() ? "" : " " + each.error) + "\n";
   }
   return out;
