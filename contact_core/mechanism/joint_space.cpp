@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 namespace touchstone {
 namespace {
@@ -257,6 +258,15 @@ double joint_product(const JointVector& a, const JointVector& b, const JointMetr
 
 namespace {
 
+/// Calls body(width), a constant, of a room that so many joint values fit in: what is not used costs time
+/// alone.
+template <class Body>
+auto in_width(std::size_t values, Body body) {
+  if (values <= 8) return body(std::integral_constant<int, 8>{});
+  if (values <= 16) return body(std::integral_constant<int, 16>{});
+  return body(std::integral_constant<int, kMostSlideJoints>{});
+}
+
 template <int N>
 JointSlidePlan plan_scaled(const JointVector& goal, const JointMetric& metric, std::span<const JointRow> rows,
                            JointBends& bends) {
@@ -295,15 +305,15 @@ JointSlidePlan plan_scaled(const JointVector& goal, const JointMetric& metric, s
 bool project_joints(const JointVector& goal, const JointMetric& metric, std::span<const JointRow> rows,
                     JointSlidePlan& plan) {
   const Lifts slack = slacks_of(rows);
-  return metric.weights.size() <= 8
-             ? ScaledRows<8>(metric, rows).project(goal, slack, Lifts{}, plan)
-             : ScaledRows<kMostSlideJoints>(metric, rows).project(goal, slack, Lifts{}, plan);
+  return in_width(metric.weights.size(), [&](auto width) {
+    return ScaledRows<width()>(metric, rows).project(goal, slack, Lifts{}, plan);
+  });
 }
 
 JointSlidePlan plan_joint_slide(const JointVector& goal, const JointMetric& metric,
                                 std::span<const JointRow> rows, JointBends& bends) {
-  return metric.weights.size() <= 8 ? plan_scaled<8>(goal, metric, rows, bends)
-                                    : plan_scaled<kMostSlideJoints>(goal, metric, rows, bends);
+  return in_width(metric.weights.size(),
+                  [&](auto width) { return plan_scaled<width()>(goal, metric, rows, bends); });
 }
 
 }  // namespace touchstone

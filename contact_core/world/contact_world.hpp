@@ -234,9 +234,9 @@ struct SlideBudget {
   std::uint64_t pairs = std::numeric_limits<std::uint64_t>::max();
   /// By the clock, from when slides begin [s]; >= 0. The cut differs from run to run.
   double seconds = kInfinity;
-  /// Rows that plans are projected on, each as often, and steps of the projections of an arm, both four times
-  /// where it has more than eight joints; near pairs, and looks at these along paths: mostly 0.2 to 1 us
-  /// each. The same on every machine.
+  /// Rows that plans are projected on, each as often, and steps of the projections of an arm, both twice
+  /// where it has more than eight joint values and four times beyond sixteen; near pairs, and looks at these
+  /// along paths: mostly 0.2 to 1 us each. The same on every machine.
   std::uint64_t mover_work = kMoverWork;
 };
 
