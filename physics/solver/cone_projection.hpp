@@ -52,24 +52,19 @@ inline void slope_of_projection(double friction, const double* y, double factor,
   G[5] = G[7] = (along - across) * e1 * e2;
 }
 
-/// How much the projection changes along d.
-inline void change_of_projection(double friction, const double* y, const double* d, double* p,
-                                 double* change) {
-  const double t = length_of(y[1], y[2]);
-  switch (project_on_cone(friction, y, t, p)) {
-    case ConeRegion::below:
-      change[0] = change[1] = change[2] = 0.0;
-      return;
-    case ConeRegion::in:
-      std::copy(d, d + 3, change);
-      return;
-    case ConeRegion::beside:
-      break;
-  }
-  const double e1 = y[1] / t, e2 = y[2] / t, out = e1 * d[1] + e2 * d[2], across = friction * p[0] / t;
-  change[0] = (d[0] + friction * out) / (1.0 + friction * friction);
-  change[1] = friction * change[0] * e1 + across * (d[1] - out * e1);
-  change[2] = friction * change[0] * e2 + across * (d[2] - out * e2);
+/// The projection p of y, and its change along d, both multiplied by d.
+struct ConeSlope {
+  double projection, change;
+};
+
+inline ConeSlope slope_along(double friction, const double* y, const double* d) {
+  const double t = length_of(y[1], y[2]), across_d = d[1] * d[1] + d[2] * d[2];
+  if (t <= friction * y[0]) return {(y[0] * d[0] + y[1] * d[1]) + y[2] * d[2], d[0] * d[0] + across_d};
+  if (friction * t <= -y[0]) return {0.0, 0.0};
+  const double p = (y[0] + friction * t) / (1.0 + friction * friction), share = 1.0 / t;
+  const double out = share * (y[1] * d[1] + y[2] * d[2]), along = d[0] + friction * out;
+  return {p * along,
+          along * along / (1.0 + friction * friction) + (friction * p * share) * (across_d - out * out)};
 }
 
 }  // namespace touchstone::physics

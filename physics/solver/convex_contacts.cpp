@@ -33,9 +33,10 @@ constexpr double kStuck = 0.7;
 void ConvexContacts::reserve(std::size_t units, std::size_t rows, std::size_t widest) {
   cholesky_.reserve(units, rows, widest);
   pairs_.reserve(rows);
+  body_contacts_.reserve(rows / 3);
   for (auto* vector : {&first_, &first_mass_}) vector->reserve(units + 1);
-  for (auto* vector :
-       {&scale_, &hardness_, &slip_, &anchor_, &gamma_, &impulses_, &u_, &du_, &best_, &anchor_share_})
+  for (auto* vector : {&scale_, &hardness_, &slip_, &anchor_, &asked_, &gamma_, &impulses_, &u_, &du_, &best_,
+                       &anchor_share_})
     vector->reserve(rows);
   for (auto* vector : {&V_, &step_, &gradient_, &trial_V_}) vector->reserve(units * widest);
   reach_.reserve(units * widest);
@@ -82,6 +83,25 @@ void ConvexContacts::find_pairs() {
   cholesky_.analyse(problem_.sizes, pairs_);
 }
 
+/// The contacts between bodies, side by side.
+void ConvexContacts::find_body_contacts() {
+  body_contacts_.resize(problem_.contacts);
+  has_other_contacts_ = false;
+  for (std::size_t c = 0; c < problem_.contacts; ++c) {
+    BodyContact& contact = body_contacts_[c];
+    const bool is_of_bodies = !problem_.levers.empty() && problem_.levers[c].are_of_bodies;
+    contact.count = is_of_bodies ? problem_.rows[3 * c].count : 0;
+    contact.first[0] = contact.first[1] = 0;
+    has_other_contacts_ = has_other_contacts_ || contact.count == 0;
+    for (std::size_t i = 0; i < 3 && is_of_bodies; ++i)
+      contact.directions[i] = vector_at(&problem_.J[problem_.rows[3 * c + i].first[0]]);
+    for (int side = 0; side < contact.count; ++side) {
+      contact.levers[side] = problem_.levers[c].of[side];
+      contact.first[side] = first_[problem_.rows[3 * c].units[side]];
+    }
+  }
+}
+
 void ConvexContacts::load(const SparseContacts& problem, std::span<const double> x) {
   problem_ = problem;
   report_ = {};
@@ -96,12 +116,13 @@ void ConvexContacts::load(const SparseContacts& problem, std::span<const double>
     widest = std::max(widest, size);
   }
   const std::size_t rows = problem.rows.size();
-  for (auto* vector : {&anchor_, &gamma_, &impulses_, &u_, &du_, &best_}) vector->resize(rows);
+  for (auto* vector : {&anchor_, &asked_, &gamma_, &impulses_, &u_, &du_, &best_}) vector->resize(rows);
   for (auto* vector : {&V_, &step_, &gradient_, &trial_V_}) vector->resize(rates);
   blocks_.resize(6 * widest);
   slip_.resize(problem.contacts);
   std::copy(x.begin(), x.end(), anchor_.begin());
   is_factored_ = false;
+  find_body_contacts();
   find_scales();
   find_pairs();
 }

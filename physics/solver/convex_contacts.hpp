@@ -7,6 +7,7 @@
 
 #include "touchstone/contact_core/geometry/vector.hpp"
 #include "touchstone/physics/solver/block_cholesky.hpp"
+#include "touchstone/physics/solver/body_contact.hpp"
 #include "touchstone/physics/solver/contact_problem.hpp"
 #include "touchstone/physics/solver/work_budget.hpp"
 
@@ -29,6 +30,12 @@ struct SparseContacts {
     Vector3 of[2] = {Vector3::Zero(), Vector3::Zero()};  ///< by unit of the row
   };
 
+  /// A unit as a body; mass 0: it is none.
+  struct Body {
+    double mass;
+    Matrix3 inverse_inertia_W;
+  };
+
   std::span<const std::uint32_t> sizes;  ///< rates of each unit
   std::span<const double> masses;        ///< of each unit, size x size, one after the other
   std::size_t contacts = 0;
@@ -41,6 +48,7 @@ struct SparseContacts {
   /// One a joint row, >= 0: u = W x + b + compliance x, as of drives with a stiffness. Empty: all 0.
   std::span<const double> compliance = {};
   std::span<const Levers> levers = {};  ///< by contact, so that less is multiplied. Empty: not known
+  std::span<const Body> bodies = {};    ///< by unit, as levers
   /// By block: what b of a contact's normal or a joint row would be if all units stood still. What moves as
   /// commanded is in it, and room. Empty: nothing is commanded, so that standing still is a solution.
   std::span<const double> commanded = {};
@@ -99,6 +107,7 @@ class ConvexContacts {
   enum class Outcome : std::uint8_t { solved, spent, stuck };
 
   void load(const SparseContacts& problem, std::span<const double> x);
+  void find_body_contacts();
   void find_scales();
   void find_pairs();
   Outcome minimise(double tolerance, WorkBudget& budget, int most_steps);
@@ -108,19 +117,27 @@ class ConvexContacts {
                  double start) const;
   void spread(std::span<const double> impulses, std::vector<double>& V) const;
   void find_velocities(const std::vector<double>& V, std::vector<double>& u, bool with_b) const;
-  void ask(std::size_t contact, const double* u, double* y) const;
   void set_softness(double softness);
   void project(const std::vector<double>& u);
   void find_gradient();
   void assemble();
   bool find_stiffness();
   void add_rows(std::size_t first, std::size_t count, const double* G);
-  void add_contact(std::size_t contact, const double* G);
-  double slope_at(double along, double& curvature);
+  std::size_t add_pair(std::size_t first);
+  void divide_by_masses(std::vector<double>& V) const;
+  /// Of mechanisms and joints: those that no BodyContact stands for.
+  template <class Visit>
+  void for_other_rows(const Visit& visit) const {
+    if (has_other_contacts_)
+      for (std::size_t c = 0; c < problem_.contacts; ++c)
+        for (std::size_t r = 3 * c; body_contacts_[c].count == 0 && r < 3 * c + 3; ++r) visit(r);
+    for (std::size_t r = 3 * problem_.contacts; r < problem_.rows.size(); ++r) visit(r);
+  }
+  double slope_at(double along, double& curvature) const;
   double line_search();
   void go_along(double along);
   void find_slips();
-  double missed() const;
+  double missed();
   double residual_of(std::span<const double> x);
   double fastest() const;
   bool presses_on_commands() const;
@@ -131,6 +148,9 @@ class ConvexContacts {
   bool soften(double tolerance, bool is_proven, WorkBudget& budget);
 
   SparseContacts problem_;
+  std::vector<BodyContact> body_contacts_;  // by contact
+  bool has_other_contacts_ = false;
+  PairStiffness stiffness_of_pair_;
   BlockCholesky cholesky_;
   std::vector<BlockCholesky::Pair> pairs_;
   std::vector<std::size_t> first_, first_mass_;  // by unit
@@ -138,6 +158,7 @@ class ConvexContacts {
   std::vector<double> anchor_share_;    // by joint row: of the anchor that its projection starts from
   std::vector<double> slip_;            // s, by contact
   std::vector<double> anchor_, gamma_;  // x_k and the projections, by row
+  std::vector<double> asked_;           // what is projected, by row
   std::vector<double> impulses_;        // that give V_, by row: gamma_ in the end
   std::vector<double> V_, u_, step_, du_, gradient_, trial_V_, best_;
   std::vector<double> reach_;                       // by rate: the most that it moves any row by

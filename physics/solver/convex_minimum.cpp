@@ -12,48 +12,13 @@
 namespace touchstone::physics {
 namespace {
 
-// Work of a step beside factoring, in operations: of a contact whose blocks are added, of a row.
-constexpr double kAssembly = 450.0, kRowWork = 60.0;
+// Work of a step beside factoring, in multiplications: of a contact whose blocks are added, of a row.
+constexpr double kAssembly = 160.0, kRowWork = 40.0;
 // Slopes along a step below this share of the first count as 0.
 constexpr double kFlat = 1e-3;
 constexpr int kMostSearches = 20;
 
 constexpr std::size_t kBodyRates = 6;  // of most units: unrolled
-
-/// K = D^T G D of a contact's three directions, which are the first parts of its rows of J.
-Matrix3 stiffness_in_world(const double* d1, const double* d2, const double* d3, const double* G) {
-  double GD[3][3];
-  for (std::size_t r = 0; r < 3; ++r)
-    for (std::size_t k = 0; k < 3; ++k)
-      GD[r][k] = (G[3 * r] * d1[k] + G[3 * r + 1] * d2[k]) + G[3 * r + 2] * d3[k];
-  Matrix3 K;
-  for (int r = 0; r < 3; ++r)
-    for (int k = r; k < 3; ++k) K(r, k) = K(k, r) = (d1[r] * GD[0][k] + d2[r] * GD[1][k]) + d3[r] * GD[2][k];
-  return K;
-}
-
-/// B += sign [1; [a]x] K [1, -[b]x], 6 x 6: rows of one body with the lever a, columns of another with b.
-void add_lever_block(double* __restrict B, const Matrix3& K, const Vector3& a, const Vector3& b,
-                     double sign) {
-  const auto at = [](int row, int column) {
-    return static_cast<std::size_t>(row) * kBodyRates + static_cast<std::size_t>(column);
-  };
-  Matrix3 Kb;  // -K [b]x
-  for (int r = 0; r < 3; ++r) {
-    const Vector3 row(K(r, 0), K(r, 1), K(r, 2)), turned = cross(b, row);
-    for (int k = 0; k < 3; ++k) Kb(r, k) = turned[k];
-  }
-  for (int c = 0; c < 3; ++c) {
-    const Vector3 of_K = cross(a, Vector3(K(0, c), K(1, c), K(2, c))),
-                  of_Kb = cross(a, Vector3(Kb(0, c), Kb(1, c), Kb(2, c)));
-    for (int r = 0; r < 3; ++r) {
-      B[at(r, c)] += sign * K(r, c);
-      B[at(r, c + 3)] += sign * Kb(r, c);
-      B[at(r + 3, c)] += sign * of_K[r];
-      B[at(r + 3, c + 3)] += sign * of_Kb[r];
-    }
-  }
-}
 
 /// B += [j1 j2 j3] blocks, of a contact between bodies.
 void add_contact_block(double* __restrict B, const double* j1, const double* j2, const double* j3,
@@ -98,23 +63,36 @@ double ConvexContacts::product(const SparseContacts::Row& row, std::span<const d
 /// V: the rates that impulses give.
 void ConvexContacts::spread(std::span<const double> impulses, std::vector<double>& V) const {
   std::fill(V.begin(), V.end(), 0.0);
-  for (std::size_t r = 0; r < problem_.rows.size(); ++r)
+  for (std::size_t c = 0; c < problem_.contacts; ++c)
+    if (body_contacts_[c].count > 0) add_impulse(body_contacts_[c], &impulses[3 * c], V.data());
+  divide_by_masses(V);
+  for_other_rows([&](std::size_t r) {
     if (impulses[r] != 0.0) add(problem_.rows[r], problem_.Y, impulses[r], V);
+  });
+}
+
+/// M^-1 of the bodies'; others are left.
+void ConvexContacts::divide_by_masses(std::vector<double>& V) const {
+  for (std::size_t i = 0; i < problem_.sizes.size(); ++i) {
+    if (problem_.bodies.empty() || !(problem_.bodies[i].mass > 0.0)) continue;
+    double* const v = &V[first_[i]];
+    const Vector3 w = rotate(problem_.bodies[i].inverse_inertia_W, vector_at(v + 3));
+    for (int k = 0; k < 3; ++k) v[k] /= problem_.bodies[i].mass, v[k + 3] = w[k];
+  }
 }
 
 /// u = J V (+ b).
 void ConvexContacts::find_velocities(const std::vector<double>& V, std::vector<double>& u,
                                      bool with_b) const {
-  for (std::size_t r = 0; r < problem_.rows.size(); ++r)
-    u[r] = product(problem_.rows[r], problem_.J, V, with_b ? problem_.b[r] : 0.0);
-}
-
-/// The impulses that a contact's velocities call for, were there no cone; none where nothing moves it.
-void ConvexContacts::ask(std::size_t contact, const double* u, double* y) const {
-  const double hardness = hardness_[contact];
-  for (std::size_t i = 0; i < 3; ++i)
-    y[i] = hardness > 0.0 ? anchor_[3 * contact + i] - u[i] * hardness : 0.0;
-  y[0] -= slip_[contact] * hardness;
+  for (std::size_t c = 0; c < problem_.contacts; ++c) {
+    const BodyContact& contact = body_contacts_[c];
+    if (contact.count == 0) continue;
+    const Vector3 v = relative_velocity(contact, V.data());
+    for (std::size_t i = 0; i < 3; ++i)
+      u[3 * c + i] = (with_b ? problem_.b[3 * c + i] : 0.0) + dot(contact.directions[i], v);
+  }
+  for_other_rows(
+      [&](std::size_t r) { u[r] = product(problem_.rows[r], problem_.J, V, with_b ? problem_.b[r] : 0.0); });
 }
 
 void ConvexContacts::set_softness(double softness) {
@@ -134,18 +112,21 @@ void ConvexContacts::set_softness(double softness) {
   }
 }
 
-/// The impulses that velocities u call for.
+/// The impulses that velocities u call for: asked_ were there no cone, none where nothing moves a contact.
 void ConvexContacts::project(const std::vector<double>& u) {
   for (std::size_t c = 0; c < problem_.contacts; ++c) {
-    double y[3];
-    ask(c, &u[3 * c], y);
+    const double hardness = hardness_[c];
+    double* const y = &asked_[3 * c];
+    for (std::size_t i = 0; i < 3; ++i)
+      y[i] = hardness > 0.0 ? anchor_[3 * c + i] - u[3 * c + i] * hardness : 0.0;
+    y[0] -= slip_[c] * hardness;
     project_on_cone(problem_.friction[c], y, length_of(y[1], y[2]), &gamma_[3 * c]);
   }
   for (std::size_t j = 0; j < problem_.bounds.size(); ++j) {
     const std::size_t r = 3 * problem_.contacts + j;
     const double hardness = hardness_[problem_.contacts + j];
-    gamma_[r] =
-        hardness > 0.0 ? clamped(anchor_share_[j] * anchor_[r] - u[r] * hardness, problem_.bounds[j]) : 0.0;
+    asked_[r] = hardness > 0.0 ? anchor_share_[j] * anchor_[r] - u[r] * hardness : 0.0;
+    gamma_[r] = hardness > 0.0 ? clamped(asked_[r], problem_.bounds[j]) : 0.0;
   }
 }
 
@@ -160,8 +141,14 @@ void ConvexContacts::find_gradient() {
       gradient_[first_[i] + r] = sum;
     }
   }
-  for (std::size_t r = 0; r < problem_.rows.size(); ++r)
+  for (std::size_t c = 0; c < problem_.contacts; ++c) {
+    if (body_contacts_[c].count == 0) continue;
+    const double against[3] = {-gamma_[3 * c], -gamma_[3 * c + 1], -gamma_[3 * c + 2]};
+    add_impulse(body_contacts_[c], against, gradient_.data());
+  }
+  for_other_rows([&](std::size_t r) {
     if (gamma_[r] != 0.0) add(problem_.rows[r], problem_.J, -gamma_[r], gradient_);
+  });
 }
 
 /// J^T G J of rows that act on the same units. @param G count x count, symmetric.
@@ -201,22 +188,32 @@ void ConvexContacts::add_rows(std::size_t first, std::size_t count, const double
   }
 }
 
-/// add_rows() of a contact between bodies, in the world's axes: a third of the products.
-void ConvexContacts::add_contact(std::size_t contact, const double* G) {
-  const SparseContacts::Levers& levers = problem_.levers[contact];
-  const SparseContacts::Row* const rows = &problem_.rows[3 * contact];
-  const double* const J = problem_.J.data();
-  const Matrix3 K = stiffness_in_world(J + rows[0].first[0], J + rows[1].first[0], J + rows[2].first[0], G);
-  for (int i = 0; i < rows->count; ++i)
-    add_lever_block(cholesky_.diagonal(rows->units[i]), K, levers.of[i], levers.of[i], 1.0);
-  if (rows->count < 2) return;
+/// J^T G J of the contacts between the same bodies from the first on. @return the next that is another's
+std::size_t ConvexContacts::add_pair(std::size_t first) {
+  const BodyContact& pair = body_contacts_[first];
+  stiffness_of_pair_.clear();
+  bool is_any = false;
+  std::size_t c = first;
+  for (; c < problem_.contacts; ++c) {
+    const BodyContact& contact = body_contacts_[c];
+    if (contact.count != pair.count || contact.first[0] != pair.first[0] || contact.first[1] != pair.first[1])
+      break;
+    if (!(stiffness_[9 * c] > 0.0)) continue;
+    stiffness_of_pair_.add(contact, &stiffness_[9 * c]);
+    is_any = true;
+  }
+  if (!is_any) return c;
+  const SparseContacts::Row& row = problem_.rows[3 * first];
+  for (int side = 0; side < row.count; ++side)
+    stiffness_of_pair_.write_own(side, cholesky_.diagonal(row.units[side]));
+  if (row.count < 2) return c;
   bool is_transposed = false;  // its rows are those of the unit that is eliminated later
-  double* const block = cholesky_.block(rows->units[0], rows->units[1], is_transposed);
-  const int row = is_transposed ? 1 : 0;
-  add_lever_block(block, K, levers.of[row], levers.of[1 - row], -1.0);
+  double* const block = cholesky_.block(row.units[0], row.units[1], is_transposed);
+  stiffness_of_pair_.write_both(!is_transposed, block);
+  return c;
 }
 
-/// G of every block at the velocities u_, 0 where nothing presses. @return whether it is as it was when the
+/// G of every block at the impulses asked_, 0 where nothing presses. @return whether it is as it was when the
 /// system was last factored.
 bool ConvexContacts::find_stiffness() {
   stiffness_.swap(last_stiffness_);
@@ -224,16 +221,13 @@ bool ConvexContacts::find_stiffness() {
   stiffness_.assign(9 * contacts + problem_.bounds.size(), 0.0);
   for (std::size_t c = 0; c < contacts; ++c) {
     if (!(hardness_[c] > 0.0)) continue;
-    double y[3];
-    ask(c, &u_[3 * c], y);
-    slope_of_projection(problem_.friction[c], y, hardness_[c], &stiffness_[9 * c]);
+    slope_of_projection(problem_.friction[c], &asked_[3 * c], hardness_[c], &stiffness_[9 * c]);
   }
   for (std::size_t j = 0; j < problem_.bounds.size(); ++j) {
     const std::size_t r = 3 * contacts + j;
     const double hardness = hardness_[contacts + j];
     if (!(hardness > 0.0)) continue;
-    const double y = anchor_share_[j] * anchor_[r] - u_[r] * hardness;
-    if (y >= problem_.bounds[j].lower && y <= problem_.bounds[j].upper)
+    if (asked_[r] >= problem_.bounds[j].lower && asked_[r] <= problem_.bounds[j].upper)
       stiffness_[9 * contacts + j] = hardness;
   }
   return is_factored_ && stiffness_ == last_stiffness_;
@@ -245,12 +239,13 @@ void ConvexContacts::assemble() {
   for (std::uint32_t i = 0; i < problem_.sizes.size(); ++i)
     std::copy_n(&problem_.masses[first_mass_[i]], problem_.sizes[i] * problem_.sizes[i],
                 cholesky_.diagonal(i));
-  for (std::size_t c = 0; c < problem_.contacts; ++c) {
-    if (!(stiffness_[9 * c] > 0.0)) continue;
-    if (!problem_.levers.empty() && problem_.levers[c].are_of_bodies)
-      add_contact(c, &stiffness_[9 * c]);
-    else
-      add_rows(3 * c, 3, &stiffness_[9 * c]);
+  for (std::size_t c = 0; c < problem_.contacts;) {
+    if (body_contacts_[c].count > 0) {
+      c = add_pair(c);
+      continue;
+    }
+    if (stiffness_[9 * c] > 0.0) add_rows(3 * c, 3, &stiffness_[9 * c]);
+    ++c;
   }
   for (std::size_t j = 0; j < problem_.bounds.size(); ++j) {
     const double G = stiffness_[9 * problem_.contacts + j];
@@ -258,26 +253,24 @@ void ConvexContacts::assemble() {
   }
 }
 
-/// Of the potential along step_, and how that changes.
-double ConvexContacts::slope_at(double along, double& curvature) {
+/// Of the potential along step_, and how that changes. From asked_.
+double ConvexContacts::slope_at(double along, double& curvature) const {
   double slope = 0.0;
   curvature = 0.0;
   for (std::size_t c = 0; c < problem_.contacts; ++c) {
-    if (!(hardness_[c] > 0.0)) continue;
+    const double hardness = hardness_[c], by = along * hardness;
     const double* const du = &du_[3 * c];
-    double u[3], y[3], p[3], change[3];
-    for (std::size_t i = 0; i < 3; ++i) u[i] = u_[3 * c + i] + along * du[i];
-    ask(c, u, y);
-    change_of_projection(problem_.friction[c], y, du, p, change);
-    slope -= (p[0] * du[0] + p[1] * du[1]) + p[2] * du[2];
-    curvature += ((du[0] * change[0] + du[1] * change[1]) + du[2] * change[2]) * hardness_[c];
+    const double* const asked = &asked_[3 * c];
+    const double y[3] = {asked[0] - by * du[0], asked[1] - by * du[1], asked[2] - by * du[2]};
+    const ConeSlope of = slope_along(problem_.friction[c], y, du);
+    slope -= of.projection;
+    curvature += of.change * hardness;
   }
   for (std::size_t j = 0; j < problem_.bounds.size(); ++j) {
     const std::size_t r = 3 * problem_.contacts + j;
     const double hardness = hardness_[problem_.contacts + j];
     if (!(hardness > 0.0)) continue;
-    const double y = anchor_share_[j] * anchor_[r] - (u_[r] + along * du_[r]) * hardness,
-                 p = clamped(y, problem_.bounds[j]);
+    const double y = asked_[r] - (along * hardness) * du_[r], p = clamped(y, problem_.bounds[j]);
     slope -= p * du_[r];
     if (p == y) curvature += du_[r] * du_[r] * hardness;
   }
@@ -299,9 +292,9 @@ double ConvexContacts::line_search() {
       c += V_[first_[i] + r] * by_step;
     }
   }
-  // Newton's method within a bracket finds the root of the slope.
+  // Newton's method within a bracket finds the root of the slope; at 0 it is the gradient's along the step.
   double curvature = 0.0;
-  const double start = std::abs(c + slope_at(0.0, curvature));
+  const double start = std::abs(sum_of_products(gradient_.data(), step_.data(), step_.size()));
   double low = 0.0, high = 1.0, along = 1.0;
   for (int i = 0; i < kMostSearches; ++i) {
     const double slope = c + a * along + slope_at(along, curvature);
@@ -319,10 +312,18 @@ double ConvexContacts::line_search() {
 }
 
 /// How far velocities by gamma_ are from those of V [m/s], at most: J M^-1 of the gradient.
-double ConvexContacts::missed() const {
+double ConvexContacts::missed() {
+  trial_V_ = gradient_;
+  divide_by_masses(trial_V_);
   double worst = 0.0;
-  for (const SparseContacts::Row& row : problem_.rows)
-    worst = worse_of(worst, std::abs(product(row, problem_.Y, gradient_, 0.0)));
+  for (const BodyContact& contact : body_contacts_) {
+    if (contact.count == 0) continue;
+    const Vector3 v = relative_velocity(contact, trial_V_.data());
+    for (const Vector3& direction : contact.directions) worst = worse_of(worst, std::abs(dot(direction, v)));
+  }
+  for_other_rows([&](std::size_t r) {
+    worst = worse_of(worst, std::abs(product(problem_.rows[r], problem_.Y, gradient_, 0.0)));
+  });
   return worst;
 }
 

@@ -65,6 +65,7 @@ void IslandProblem::reserve(const ContactRows& rows, std::size_t units, std::siz
   W_.reserve(island_rows * island_rows);
   for (auto* vector : {&sizes_, &local_unit_}) vector->reserve(units);
   masses_.reserve(units * widest * widest);
+  bodies_.reserve(units);
 }
 
 /// A row of a contact in full, after those of the mechanisms.
@@ -95,9 +96,15 @@ void IslandProblem::write_out(const ContactRows::Contact& contact, std::size_t d
     // A body's entries are the direction and its moment, in Y divided by the inertia.
     const Vector3 linear = side.sign * direction_W, angular = cross(side.lever_W, linear);
     const Vector3 v = linear / unit.mass, w = rotate(unit.inverse_inertia_W, angular);
-    row.first[row.count++] = J.size();
-    for (const Vector3& part : {linear, angular}) J.insert(J.end(), part.data(), part.data() + 3);
-    for (const Vector3& part : {v, w}) Y.insert(Y.end(), part.data(), part.data() + 3);
+    const std::size_t first = J.size();
+    row.first[row.count++] = first;
+    J.resize(first + 6);
+    Y.resize(first + 6);
+    for (int k = 0; k < 3; ++k) {
+      const std::size_t at = first + static_cast<std::size_t>(k);
+      J[at] = linear[k], J[at + 3] = angular[k];
+      Y[at] = v[k], Y[at + 3] = w[k];
+    }
   }
 }
 
@@ -172,6 +179,7 @@ void IslandProblem::load_couplings(const ContactRows& rows) {
 void IslandProblem::load_masses(const Islands& islands, const Island& island, const ContactRows& rows) {
   sizes_.clear();
   masses_.clear();
+  bodies_.clear();
   local_unit_.resize(rows.units.size());
   for (const std::uint32_t member : islands.units_of(island)) {
     const RowUnit& unit = rows.units[member];
@@ -179,6 +187,7 @@ void IslandProblem::load_masses(const Islands& islands, const Island& island, co
     local_unit_[member] = static_cast<std::uint32_t>(sizes_.size());
     sizes_.push_back(static_cast<std::uint32_t>(n));
     masses_.resize(first + n * n, 0.0);
+    bodies_.push_back({unit.mass, unit.inverse_inertia_W});
     if (unit.is_body())
       write_body_mass(unit, &masses_[first]);
     else

@@ -28,7 +28,7 @@ class IslandProblem {
   ContactProblem dense() const { return {contacts_, friction_, bounds_, W_, b}; }
   SparseContacts sparse(const ContactRows& rows) const {
     return {sizes_, masses_, contacts_, friction_,   bounds_, sparse_rows_,
-            rows.J, rows.Y,  b,         compliance_, levers_, commanded_};
+            rows.J, rows.Y,  b,         compliance_, levers_, bodies_,      commanded_};
   }
   std::size_t row_count() const { return rows_.size(); }
   /// Of all rows of the group.
@@ -50,6 +50,7 @@ class IslandProblem {
   std::vector<std::uint32_t> sizes_, local_unit_;  // by the island's unit; by unit
   std::vector<double> masses_;                     // of the island's units
   std::vector<SparseContacts::Levers> levers_;     // by contact
+  std::vector<SparseContacts::Body> bodies_;       // by the island's unit
   std::vector<Row> sparse_rows_;                   // units as the island counts them
 };
 
