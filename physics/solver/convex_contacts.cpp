@@ -9,16 +9,26 @@
 namespace touchstone::physics {
 namespace {
 
-// R beside a contact's diagonal block of W: soft at first, since that takes fewest steps, then harder from
-// round to round, so that few of them take it out. Far above rounding, as impulses are differences of
-// velocities over R.
-// A start that leaves less than kHolds of the speeds holds already: the less it leaves, the less soft the
-// first round is.
-constexpr double kFirstSoftness = 1e-2, kHolds = 1e-5, kHarder = 0.03, kSoftness = 1e-5;
-constexpr double kHarderBits = 5.0;  // -log2 of kHarder
-// A round need not be solved better than to this share of the least that was left before it.
-constexpr double kInexact = 0.01;
-constexpr int kMostRounds = 20, kMostSteps = 40;
+/// How the rounds go. R, beside a contact's diagonal block of W, is soft at first, since that takes fewest
+/// steps, then harder from round to round. Far above rounding, as impulses are differences of velocities over
+/// R.
+struct Rounds {
+  double softness;  // of the first
+  double harder;    // share of the softness that the next has
+  double inexact;   // share of the least that was left before which a round may leave
+};
+// From a start that holds few rounds take the softness out.
+constexpr Rounds kFromRest = {1e-2, 0.03, 0.01};
+// Where the start is far off, each round goes on by what the next two or three Newton steps solve: one that
+// starts from much softer impulses takes more steps than it saves, and is left unfinished where work ends.
+constexpr Rounds kFromFar = {1.0, 0.3, 0.1};
+// Shares of the speeds: a start that leaves less than kHolds holds already: the less it leaves, the less soft
+// the first round is. One that leaves more than kFar is far off.
+constexpr double kHolds = 1e-5, kFar = 1e-3, kSoftness = 1e-5;
+constexpr int kMostRounds = 40, kMostSteps = 40;
+// Masses that differ by less than 1 / kAlike are alike; beyond, each kRoundBits of their ratio take as much
+// work again.
+constexpr double kAlike = 0.03, kRoundBits = 5.0;
 // Impulses prove a contradiction where commands could only be met at kNoWayOut times their speed: a
 // wedge of one in fifty is pressed out, a narrower one is held. Where that was proven lately, a few times do.
 constexpr double kNoWayOut = 50.0, kNoWayOutStill = 3.0;
@@ -66,9 +76,9 @@ void ConvexContacts::find_scales() {
   for (std::size_t r = 3 * problem_.contacts; r < problem_.rows.size(); ++r)
     scale_.push_back(diagonal_entry(r));
   // A contact's W is that of its lighter side, which may carry the heaviest body.
-  const double spread = std::max(1.0, kHarder * most / least);
+  const double spread = std::max(1.0, kAlike * most / least);
   hardest_ = kSoftness / spread;
-  price_ = 1.0 / (1.0 + std::ilogb(spread) / kHarderBits);  // the same bits from every C library
+  price_ = 1.0 / (1.0 + std::ilogb(spread) / kRoundBits);  // the same bits from every C library
 }
 
 void ConvexContacts::find_pairs() {
@@ -273,7 +283,8 @@ ConvexReport ConvexContacts::solve(const SparseContacts& problem, std::span<doub
   // The less the start leaves, the less soft the first round is.
   double last = report_.residual;
   const double left = last > 0.0 ? last / std::max(fastest(), last) : 0.0;
-  const double first_softness = std::clamp(kFirstSoftness * (left / kHolds), kSoftness, kFirstSoftness);
+  const Rounds& rounds = left < kFar ? kFromRest : kFromFar;
+  const double first_softness = std::clamp(rounds.softness * (left / kHolds), kSoftness, rounds.softness);
   bool is_first = true;
   bool is_over = report_.residual <= tolerance;
   // The soft answer comes first where a contradiction is likely.
@@ -285,19 +296,19 @@ ConvexReport ConvexContacts::solve(const SparseContacts& problem, std::span<doub
     // Without contradiction the given start serves better than the soft answer; with it, that goes on to
     // grow.
     if (first == Softness::first) std::copy(x.begin(), x.end(), anchor_.begin()), start();
-    set_softness(first == Softness::maybe ? kHarder * kSoftAnswer : first_softness);
+    set_softness(first == Softness::maybe ? rounds.harder * kSoftAnswer : first_softness);
   }
   // Each round minimises the softened potential about the impulses of the one before.
   for (int round = 0; round < kMostRounds && !is_over; ++round) {
     find_slips();
-    const Outcome outcome = minimise(std::max(0.1 * tolerance, kInexact * last), budget, kMostSteps);
+    const Outcome outcome = minimise(std::max(0.1 * tolerance, rounds.inexact * last), budget, kMostSteps);
     if (outcome == Outcome::stuck) break;
     if (outcome == Outcome::solved) impulses_ = gamma_;
     anchor_ = impulses_;
     const double residual = judge(anchor_);
     // The first round's is better than the start, whatever its residual, where that was for other
     // velocities.
-    const bool is_new = is_first && first_softness == kFirstSoftness;
+    const bool is_new = is_first && left >= kHolds;
     if (is_new || residual < report_.residual) report_.residual = residual, best_ = anchor_;
     if (outcome == Outcome::spent || report_.residual <= tolerance) break;
     // A proven contradiction ends the rounds; otherwise the softness decreases.
@@ -308,7 +319,7 @@ ConvexReport ConvexContacts::solve(const SparseContacts& problem, std::span<doub
     }
     if (is_stuck && softness_ <= hardest_) break;
     is_first = false;
-    set_softness(std::max(is_stuck ? hardest_ : std::min(kSoftness, softness_), kHarder * softness_));
+    set_softness(std::max(is_stuck ? hardest_ : std::min(kSoftness, softness_), rounds.harder * softness_));
     last = std::min(last, residual);
   }
   report_.converged = report_.residual <= tolerance;
