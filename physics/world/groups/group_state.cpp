@@ -63,7 +63,8 @@ void attach(const Group& group, std::span<const Contact> contacts, const WarmSta
     point.p_B = transform_back(movers.pose_of(contact.b), contact.p_B_W);
     tangents(contact.n_AB_W, point.t1_W, point.t2_W);
     point.impulse_W = point.impact_W = Vector3::Zero();
-    point.last_force_W = warm.force_W(point.index);
+    point.last_force_W = warm.of(point.index).force_W;
+    point.parting_W = warm.of(point.index).parting_W;
     const double depth = -dot(contact.n_AB_W, contact.p_B_W - contact.p_A_W);
     point.allowed_depth = allowed_depth(depth, step.h, step.settings);
   }

@@ -24,6 +24,7 @@ struct GroupPoint {
   double separation, approach_v;  // at the start of the piece; the speed after its impact
   double allowed_depth;           // at the end of the step
   Vector3 impulse_W, start_impulse_W, impact_W, last_force_W;  // on B
+  Vector3 parting_W;                                           // ContactMemory
 };
 
 /// A group and the state of its contacts.

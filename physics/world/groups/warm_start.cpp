@@ -46,7 +46,7 @@ void WarmStart::carry(std::span<const Contact> contacts, const Movers& movers) {
 
 /// The force of the contact of this name, if there was one.
 void WarmStart::take_by_key(const Contact& contact, Carried& carried, std::size_t& next) {
-  carried.force_W = Vector3::Zero();
+  carried.memory = {};
   if (contact.key == 0) return;
   std::size_t at = next;
   for (std::size_t i = std::min(kReach, last_.size()); i-- > 0;) {
@@ -54,7 +54,7 @@ void WarmStart::take_by_key(const Contact& contact, Carried& carried, std::size_
     if (++at == last_.size()) at = 0;
     if (entry.key != contact.key) continue;
     next = at;
-    carried.force_W = entry.force_W;
+    carried.memory = entry.memory;
     entry.is_taken = true;
     return;
   }
@@ -90,7 +90,7 @@ void WarmStart::pass_on(std::span<const Contact> contacts, std::span<Carried> ca
     Carried* nearest = &carried.front();
     for (Carried& other : carried)
       if (norm(entry.p_A - other.p_A) < norm(entry.p_A - nearest->p_A)) nearest = &other;
-    nearest->force_W += entry.force_W;
+    nearest->memory += entry.memory;
     entry.is_taken = true;
   }
 }

@@ -7,9 +7,21 @@
 
 #include "touchstone/physics/world/groups/movers.hpp"
 
-// Warm start: each contact of a step starts from the force that its feature had in the last one.
+// Warm start: each contact of a step starts from the force that its feature had in the last one, and parts
+// from the impulse that parted it then.
 
 namespace touchstone::physics::stepping {
+
+/// What a contact leaves to the next step, on B.
+struct ContactMemory {
+  Vector3 force_W = Vector3::Zero();    ///< [N]
+  Vector3 parting_W = Vector3::Zero();  ///< that took overlap back, without momentum [N s]
+
+  ContactMemory& operator+=(const ContactMemory& other) {
+    force_W += other.force_W, parting_W += other.parting_W;
+    return *this;
+  }
+};
 
 /// Contact forces from step to step, by the contacts' keys. Owns its memory.
 class WarmStart {
@@ -18,11 +30,11 @@ class WarmStart {
   /// Finds the last step's force for each contact. Forces whose names are gone go to the nearest points of
   /// their pair.
   void carry(std::span<const Contact> contacts, const Movers& movers);
-  /// By carry(), on B [N].
-  const Vector3& force_W(std::size_t contact) const { return carried_[contact].force_W; }
+  /// By carry().
+  const ContactMemory& of(std::size_t contact) const { return carried_[contact].memory; }
   /// For the next step. @param p_A in A's frame [m]
-  void keep(std::size_t index, const Contact& contact, const Vector3& p_A, const Vector3& force_W) {
-    next_[index] = {contact.key, contact.a, contact.b, p_A, force_W, false};
+  void keep(std::size_t index, const Contact& contact, const Vector3& p_A, const ContactMemory& memory) {
+    next_[index] = {contact.key, contact.a, contact.b, p_A, memory, false};
   }
   /// The step was taken: what was kept is the last step's from now on.
   void accept() { last_.swap(next_); }
@@ -35,11 +47,11 @@ class WarmStart {
     std::uint64_t key = 0;
     Mover a = {}, b = {};
     Vector3 p_A = Vector3::Zero();  // in A's frame
-    Vector3 force_W = Vector3::Zero();
+    ContactMemory memory = {};
     bool is_taken = false;
   };
   struct Carried {
-    Vector3 force_W;
+    ContactMemory memory;
     Vector3 p_A;  // in A's frame, where its pair's forces are passed on
   };
 

@@ -161,8 +161,9 @@ void Gathering::add_contact(std::size_t index, const GroupPoint& point) {
   const Vector3 directions[3] = {contact.n_W, contact.t1_W, contact.t2_W};
   for (int i = 0; i < 3; ++i) {
     b[i] += dot(directions[i], v);
-    rows_.x.push_back(wanted_.phase == Phase::forces ? wanted_.t * dot(directions[i], point.last_force_W)
-                                                     : 0.0);
+    rows_.x.push_back(wanted_.phase == Phase::forces    ? wanted_.t * dot(directions[i], point.last_force_W)
+                      : wanted_.phase == Phase::parting ? dot(directions[i], point.parting_W)
+                                                        : 0.0);
   }
   // The normal's velocity may come as far as the phase allows.
   const double bounce =

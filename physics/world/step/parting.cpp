@@ -118,7 +118,10 @@ void part(GroupState& group, StepContext& step, Movers& movers, ContactRows& row
   const double gap = step.settings.contact_gap, h = step.h;
   movers.place_kinematics(group.kinematics, h);
   update_motions(group, movers);
-  if (!needs_parting(group, movers, gap)) return;
+  if (!needs_parting(group, movers, gap)) {
+    for (GroupPoint& point : group.points) point.parting_W = Vector3::Zero();
+    return;
+  }
   refresh(movers, group);
   factor_masses(group.members, movers);
   gather({Phase::parting, h, true, true}, group, step, movers, rows);
@@ -129,6 +132,8 @@ void part(GroupState& group, StepContext& step, Movers& movers, ContactRows& row
   WorkBudget budget = step.budget;
   budget.grant(work_of(group.members, movers, step.settings));
   solver.solve_softly(rows, tolerance, budget, step.report);
+  for (std::size_t i = 0; i < rows.contacts.size(); ++i)
+    group.points[rows.contacts[i].point].parting_W = rows.impulse_of(i);
   move_apart(group, h, movers, rows);
 }
 

@@ -146,11 +146,11 @@ double take_piece(Clock& clock, bool all, StepContext& step, WorldParts& world) 
 
 void finish_group(double h, WorldParts& world) {
   for (const GroupPoint& point : world.group.points) {
-    world.warm.keep(point.index, *point.contact, point.p_A, point.last_force_W);
+    world.warm.keep(point.index, *point.contact, point.p_A, {point.last_force_W, point.parting_W});
     world.forces[point.index] = {point.impulse_W / h, point.impact_W};
   }
   for (const GroupPoint& point : world.group.spare) {
-    world.warm.keep(point.index, *point.contact, point.p_A, Vector3::Zero());
+    world.warm.keep(point.index, *point.contact, point.p_A, {});
     world.forces[point.index] = {Vector3::Zero(), Vector3::Zero()};
   }
   for (const std::uint32_t i : world.group.kinematics) world.movers.bodies[i].is_met = false;
@@ -212,8 +212,8 @@ bool step_loose(StepContext& step, WorldParts& world) {
 void keep_sleepers_forces(std::span<const Contact> contacts, WorldParts& world) {
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     if (world.groups.is_grouped(i)) continue;
-    world.warm.keep(i, contacts[i], Vector3::Zero(), world.warm.force_W(i));
-    world.forces[i] = {world.warm.force_W(i), Vector3::Zero()};
+    world.warm.keep(i, contacts[i], Vector3::Zero(), world.warm.of(i));
+    world.forces[i] = {world.warm.of(i).force_W, Vector3::Zero()};
   }
 }
 

@@ -27,17 +27,31 @@ struct Carrying {
   void step(const std::vector<Contact>& contacts) {
     warm.carry(contacts, movers);
     for (std::size_t i = 0; i < contacts.size(); ++i)
-      warm.keep(i, contacts[i], contacts[i].p_A_W, {0, 0, static_cast<double>(i + 1)});
+      warm.keep(i, contacts[i], contacts[i].p_A_W, {.force_W = {0, 0, static_cast<double>(i + 1)}});
     warm.accept();
   }
   std::vector<double> forces(const std::vector<Contact>& contacts) {
     warm.carry(contacts, movers);
     std::vector<double> out;
-    for (std::size_t i = 0; i < contacts.size(); ++i) out.push_back(warm.force_W(i).z());
+    for (std::size_t i = 0; i < contacts.size(); ++i) out.push_back(warm.of(i).force_W.z());
     warm.undo();
     return out;
   }
 };
+
+TEST(WarmStart, WhatPartedAContactIsCarriedWithItsForce) {
+  Carrying world;
+  const std::vector<Contact> before{Carrying::contact(7, 0), Carrying::contact(8, 1)};
+  world.warm.carry(before, world.movers);
+  for (std::size_t i = 0; i < 2; ++i)
+    world.warm.keep(i, before[i], before[i].p_A_W, {{0, 0, 1}, {0, 0, 3.0 + static_cast<double>(i)}});
+  world.warm.accept();
+  // One contact keeps its name, the other's goes to the nearest of the pair.
+  const std::vector<Contact> after{Carrying::contact(8, 1), Carrying::contact(9, 0.1)};
+  world.warm.carry(after, world.movers);
+  EXPECT_EQ(world.warm.of(0).parting_W, Vector3(0, 0, 4));
+  EXPECT_EQ(world.warm.of(1).parting_W, Vector3(0, 0, 3));
+}
 
 TEST(WarmStart, AForceFollowsItsKey) {
   Carrying world;
