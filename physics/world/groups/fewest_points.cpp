@@ -61,9 +61,11 @@ void keep_fewest(GroupState& group) {
     const bool are_all_kept = end - begin <= kMostKept;
     const Corners corners =
         are_all_kept ? Corners{} : corners_of(std::span(points).subspan(begin, end - begin));
-    for (std::size_t i = begin; i < end; ++i)
-      if (are_all_kept || std::find(corners.begin(), corners.end(), i - begin) != corners.end())
-        std::swap(points[kept++], points[i]);
+    for (std::size_t i = begin; i < end; ++i) {
+      if (!are_all_kept && std::find(corners.begin(), corners.end(), i - begin) == corners.end()) continue;
+      if (kept != i) std::swap(points[kept], points[i]);
+      ++kept;
+    }
   }
   group.spare.assign(points.begin() + static_cast<std::ptrdiff_t>(kept), points.end());
   points.resize(kept);

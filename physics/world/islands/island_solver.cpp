@@ -82,12 +82,14 @@ void IslandSolver::solve(ContactRows& rows, StepContext& step) {
   for (std::size_t i = patience_.size(); i < rows.units.size(); ++i)
     patience_.push_back(static_cast<std::uint8_t>(i % (kPatience - 1)));
   islands_.find(rows);
+  velocities_.begin(rows);
   for (const Island& island : islands_.all()) solve_island(island, rows, step);
 }
 
 void IslandSolver::solve_softly(ContactRows& rows, double tolerance, WorkBudget& budget, StepReport& report) {
   rows.u = rows.b;
   islands_.find(rows);
+  velocities_.begin(rows);
   for (const Island& island : islands_.all()) {
     if (velocities_.update(islands_, island, rows).worst <= tolerance) continue;
     problem_.load(islands_, island, rows);

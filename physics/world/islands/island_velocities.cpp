@@ -67,33 +67,44 @@ void spread_impulses(const Islands& islands, const Island& island, ContactRows& 
   }
 }
 
-/// Velocities of a contact after spread_impulses(). Returns its natural residual or more: the trace
-/// of its block stands for the largest diagonal entry, and the residual grows with the scale (Gafni and
-/// Bertsekas, Two-Metric Projection Methods, 1984, lemma 1).
-double contact_velocities(std::size_t block, ContactRows& rows, double& scale) {
-  const ContactRows::Contact& contact = rows.contacts[block];
-  Vector3 v = Vector3::Zero();
-  double* const u = &rows.u[3 * block];
-  for (int i = 0; i < 3; ++i) u[i] = rows.b[3 * block + static_cast<std::size_t>(i)];
-  // Each side adds its velocity and its share of the trace of W.
+/// Of a contact's block of W.
+double trace_of(const ContactRows::Contact& contact, const ContactRows& rows) {
   double trace = 0.0;
   for (const ContactRows::Side& side : contact.sides) {
     if (side.unit == kNoUnit) continue;
     const RowUnit& unit = rows.units[side.unit];
     if (unit.is_body()) {
-      v += side.sign * (unit.change_v_W + cross(unit.change_w_W, side.lever_W));
       const Matrix3& I = unit.inverse_inertia_W;
       trace += 3.0 / unit.mass + (((I(0, 0) + I(1, 1)) + I(2, 2)) * dot(side.lever_W, side.lever_W) -
                                   dot(side.lever_W, rotate(I, side.lever_W)));
       continue;
     }
+    const std::size_t entries = 3 * unit.width();
+    for (std::size_t k = side.first; k < side.first + entries; ++k) trace += rows.J[k] * rows.Y[k];
+  }
+  return trace;
+}
+
+/// Velocities of a contact after spread_impulses(). Returns its natural residual or more: the trace
+/// of its block stands for the largest diagonal entry, and the residual grows with the scale (Gafni and
+/// Bertsekas, Two-Metric Projection Methods, 1984, lemma 1).
+double contact_velocities(std::size_t block, double trace, ContactRows& rows, double& scale) {
+  const ContactRows::Contact& contact = rows.contacts[block];
+  Vector3 v = Vector3::Zero();
+  double* const u = &rows.u[3 * block];
+  for (int i = 0; i < 3; ++i) u[i] = rows.b[3 * block + static_cast<std::size_t>(i)];
+  // Each side adds its velocity.
+  for (const ContactRows::Side& side : contact.sides) {
+    if (side.unit == kNoUnit) continue;
+    const RowUnit& unit = rows.units[side.unit];
+    if (unit.is_body()) {
+      v += side.sign * (unit.change_v_W + cross(unit.change_w_W, side.lever_W));
+      continue;
+    }
     const std::span<const double> change = unit.change;
     for (std::size_t r = 0; r < 3; ++r)
-      for (std::size_t k = 0; k < change.size(); ++k) {
-        const std::size_t at = side.first + r * change.size() + k;
-        u[r] += rows.J[at] * change[k];
-        trace += rows.J[at] * rows.Y[at];
-      }
+      for (std::size_t k = 0; k < change.size(); ++k)
+        u[r] += rows.J[side.first + r * change.size() + k] * change[k];
   }
   // The bodies' velocity is resolved along the normal and the tangents.
   u[0] += dot(contact.n_W, v);
@@ -126,7 +137,12 @@ double joint_velocity(std::size_t block, ContactRows& rows, double& scale) {
 }  // namespace
 
 void IslandVelocities::reserve(std::size_t blocks) {
-  for (auto* vector : {&residuals_, &scales_}) vector->reserve(blocks);
+  for (auto* vector : {&residuals_, &scales_, &traces_}) vector->reserve(blocks);
+}
+
+void IslandVelocities::begin(const ContactRows& rows) {
+  traces_.clear();
+  for (const ContactRows::Contact& contact : rows.contacts) traces_.push_back(trace_of(contact, rows));
 }
 
 IslandResidual IslandVelocities::update(const Islands& islands, const Island& island, ContactRows& rows) {
@@ -136,7 +152,7 @@ IslandResidual IslandVelocities::update(const Islands& islands, const Island& is
   scales_.resize(blocks.size());
   double worst = 0.0, sum = 0.0;
   for (std::size_t i = 0; i < blocks.size(); ++i) {
-    residuals_[i] = i < island.contacts ? contact_velocities(blocks[i], rows, scales_[i])
+    residuals_[i] = i < island.contacts ? contact_velocities(blocks[i], traces_[blocks[i]], rows, scales_[i])
                                         : joint_velocity(blocks[i], rows, scales_[i]);
     worst = worse_of(worst, residuals_[i]);
     sum += scales_[i] * std::abs(rows.x[rows.first_row(blocks[i])]);

@@ -17,12 +17,15 @@ struct IslandResidual {
 class IslandVelocities {
  public:
   void reserve(std::size_t blocks);
+  /// For rows as they were gathered: what does not depend on impulses.
+  void begin(const ContactRows& rows);
   /// Writes rows.u = W x + b for the island's rows by way of its units' velocities, without W: the cost is
-  /// that of the rows, not of their square.
+  /// that of the rows, not of their square. @pre begin()
   IslandResidual update(const Islands& islands, const Island& island, ContactRows& rows);
 
  private:
   std::vector<double> residuals_, scales_;  // by block of the island
+  std::vector<double> traces_;              // of W's block, by contact of the group
 };
 
 }  // namespace touchstone::physics::stepping
