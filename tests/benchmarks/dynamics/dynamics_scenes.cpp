@@ -82,7 +82,7 @@ void add_loose(BoxScene& scene, int count, int across, unsigned seed = 7) {
   }
 }
 
-constexpr unsigned kDraws = 16;
+constexpr unsigned kDraws = 16, kPileDraws = 6;
 
 /// Which way they tumble, and so when they rest, is a matter of the last bit: one draw says little.
 BoxScene bin(unsigned draw = 0) {
@@ -93,10 +93,11 @@ BoxScene bin(unsigned draw = 0) {
   return scene;
 }
 
-BoxScene pile(int count, int across, double seconds) {
+BoxScene pile(int count, int across, double seconds, unsigned draw = 0) {
   BoxScene scene = on_ground("pile of " + std::to_string(count), kDisplayStep, seconds);
+  if (draw > 0) scene.name += ", draw " + std::to_string(draw);
   add_bin(scene, 0.36 * across + 0.2, 4.0);
-  add_loose(scene, count, across);
+  add_loose(scene, count, across, draw > 0 ? 100 + draw : 7);
   return scene;
 }
 
@@ -253,6 +254,7 @@ std::vector<BoxScene> box_scenes() {
   all.push_back(wall(1e-3));
   all.push_back(wall(kDisplayStep));
   all.push_back(pile(100, 5, 8.0));
+  for (unsigned draw = 1; draw <= kPileDraws; ++draw) all.push_back(pile(100, 5, 8.0, draw));
   all.push_back(sleeping_pile());
   all.push_back(pile(300, 7, 6.0));
   all.push_back(pile(1000, 10, 3.0));

@@ -2,14 +2,14 @@
 //
 //     dynamics_scenes_benchmark [PARTS_OF_NAMES [ENGINES [SECONDS [STEPS [REPEATS]]]]]
 //
-// Each scene whose name has one of the parts (separated by '|') with each engine (own, bullet, ode, mujoco;
-// default: all that are built in), each with its own check: processor time of a step (median, 99.9 %, most),
-// the most as a multiple of Bullet's median of that scene, the fastest box at the end, the fastest over the
-// second half, the farthest from where it started (boxes that are to stay), the most that energy rose above
-// the least so far. Cut short at SECONDS of processor time a run (default 60), which is said. STEPS: so many
-// instead of the scene's own. REPEATS: a step's time is the least of so many runs, which leaves out what else
-// the machine did; whether they came to the same bits is said. Each engine has a process of its own: one that
-// ends it is a row of the table.
+// Each scene whose name has one of the parts (separated by '|'; `=NAME`: is NAME) with each engine (own,
+// bullet, ode, mujoco; default: all that are built in), each with its own check: processor time of a step
+// (median, 99.9 %, most), the most as a multiple of Bullet's median of that scene, the fastest box at the
+// end, the fastest over the second half, the farthest from where it started (boxes that are to stay), the
+// most that energy rose above the least so far. Cut short at SECONDS of processor time a run (default 60),
+// which is said. STEPS: so many instead of the scene's own. REPEATS: a step's time is the least of so many
+// runs, which leaves out what else the machine did; whether they came to the same bits is said. Each engine
+// has a process of its own: one that ends it is a row of the table.
 
 #include <sys/wait.h>
 #include <unistd.h>
@@ -186,7 +186,8 @@ bool has_any(std::string_view text, std::string_view parts) {
   for (std::size_t end = 0; end != std::string_view::npos;
        parts.remove_prefix(std::min(end + 1, parts.size()))) {
     end = parts.find('|');
-    if (has(text, parts.substr(0, end))) return true;
+    const std::string_view part = parts.substr(0, end);
+    if (part.starts_with('=') ? text == part.substr(1) : has(text, part)) return true;
     if (end == std::string_view::npos) break;
   }
   return false;
