@@ -27,8 +27,8 @@ class IslandProblem {
 
   ContactProblem dense() const { return {contacts_, friction_, bounds_, W_, b}; }
   SparseContacts sparse(const ContactRows& rows) const {
-    return {sizes_, masses_, contacts_, friction_,   bounds_, sparse_rows_,
-            rows.J, rows.Y,  b,         compliance_, levers_, bodies_,      commanded_};
+    return {sizes_, masses_, contacts_,   friction_, bounds_, sparse_rows_, rows.J,
+            rows.Y, b,       compliance_, levers_,   bodies_, commanded_};
   }
   std::size_t row_count() const { return rows_.size(); }
   /// Of all rows of the group.
