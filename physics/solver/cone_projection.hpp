@@ -12,15 +12,21 @@ namespace touchstone::physics {
 
 enum class ConeRegion : std::uint8_t { in, below, beside };  // the cone, its polar, neither
 
+/// Whether y is in the cone's polar, its apex left out. @param t length of y's tangents.
+inline bool is_below_cone(double friction, const double* y, double t) {
+  return y[0] < 0.0 && friction * t <= -y[0];
+}
+
 /// The projection on the cone. @param t length of y's tangents.
 inline ConeRegion project_on_cone(double friction, const double* y, double t, double* p) {
+  // First, as 0 <= 0 y_0 holds for y_0 < 0 without friction.
+  if (is_below_cone(friction, y, t)) {
+    p[0] = p[1] = p[2] = 0.0;
+    return ConeRegion::below;
+  }
   if (t <= friction * y[0]) {
     std::copy(y, y + 3, p);
     return ConeRegion::in;
-  }
-  if (friction * t <= -y[0]) {
-    p[0] = p[1] = p[2] = 0.0;
-    return ConeRegion::below;
   }
   p[0] = (y[0] + friction * t) / (1.0 + friction * friction);
   p[1] = friction * p[0] * (y[1] / t);
@@ -59,8 +65,8 @@ struct ConeSlope {
 
 inline ConeSlope slope_along(double friction, const double* y, const double* d) {
   const double t = length_of(y[1], y[2]), across_d = d[1] * d[1] + d[2] * d[2];
+  if (is_below_cone(friction, y, t)) return {0.0, 0.0};
   if (t <= friction * y[0]) return {(y[0] * d[0] + y[1] * d[1]) + y[2] * d[2], d[0] * d[0] + across_d};
-  if (friction * t <= -y[0]) return {0.0, 0.0};
   const double p = (y[0] + friction * t) / (1.0 + friction * friction), share = 1.0 / t;
   const double out = share * (y[1] * d[1] + y[2] * d[2]), along = d[0] + friction * out;
   return {p * along,
