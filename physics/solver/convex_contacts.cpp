@@ -96,13 +96,14 @@ void ConvexContacts::find_pairs() {
 /// The contacts between bodies, side by side.
 void ConvexContacts::find_body_contacts() {
   body_contacts_.resize(problem_.contacts);
-  has_other_contacts_ = false;
+  other_contacts_ = 0;
   for (std::size_t c = 0; c < problem_.contacts; ++c) {
     BodyContact& contact = body_contacts_[c];
-    const bool is_of_bodies = !problem_.levers.empty() && problem_.levers[c].are_of_bodies;
+    const bool is_of_bodies =
+        !problem_.levers.empty() && !problem_.bodies.empty() && problem_.levers[c].are_of_bodies;
     contact.count = is_of_bodies ? problem_.rows[3 * c].count : 0;
     contact.first[0] = contact.first[1] = 0;
-    has_other_contacts_ = has_other_contacts_ || contact.count == 0;
+    if (contact.count == 0) ++other_contacts_;
     for (std::size_t i = 0; i < 3 && is_of_bodies; ++i)
       contact.directions[i] = vector_at(&problem_.J[problem_.rows[3 * c + i].first[0]]);
     for (int side = 0; side < contact.count; ++side) {
@@ -263,7 +264,10 @@ ConvexReport ConvexContacts::solve_softly(const SparseContacts& problem, std::sp
   set_softness(kSoftAnswer);
   start();
   for (auto* vector : {&anchor_, &slip_}) std::fill(vector->begin(), vector->end(), 0.0);
-  report_.converged = minimise(tolerance, budget, most_steps) == Outcome::solved;
+  const Outcome outcome = minimise(tolerance, budget, most_steps);
+  report_.converged = outcome == Outcome::solved;
+  // The start may be far off: without a step from it nothing is known of it.
+  if (outcome == Outcome::stuck) std::fill(impulses_.begin(), impulses_.end(), 0.0);
   std::copy(impulses_.begin(), impulses_.end(), x.begin());
   return report_;
 }

@@ -128,7 +128,7 @@ class ConvexContacts {
   /// Of mechanisms and joints: those that no BodyContact stands for.
   template <class Visit>
   void for_other_rows(const Visit& visit) const {
-    if (has_other_contacts_)
+    if (other_contacts_ > 0)
       for (std::size_t c = 0; c < problem_.contacts; ++c)
         for (std::size_t r = 3 * c; body_contacts_[c].count == 0 && r < 3 * c + 3; ++r) visit(r);
     for (std::size_t r = 3 * problem_.contacts; r < problem_.rows.size(); ++r) visit(r);
@@ -149,7 +149,7 @@ class ConvexContacts {
 
   SparseContacts problem_;
   std::vector<BodyContact> body_contacts_;  // by contact
-  bool has_other_contacts_ = false;
+  std::size_t other_contacts_ = 0;
   PairStiffness stiffness_of_pair_;
   BlockCholesky cholesky_;
   std::vector<BlockCholesky::Pair> pairs_;

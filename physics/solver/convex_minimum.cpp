@@ -12,8 +12,9 @@
 namespace touchstone::physics {
 namespace {
 
-// Work of a step beside factoring, in multiplications: of a contact whose blocks are added, of a row.
-constexpr double kAssembly = 160.0, kRowWork = 40.0;
+// Work of a step beside factoring, in multiplications: of a contact whose blocks are added, between bodies by
+// its levers and of others by their rows; of a row.
+constexpr double kAssembly = 160.0, kRowsAssembly = 450.0, kRowWork = 40.0;
 // Slopes along a step below this share of the first count as 0.
 constexpr double kFlat = 1e-3;
 constexpr int kMostSearches = 20;
@@ -365,7 +366,9 @@ ConvexContacts::Outcome ConvexContacts::minimise(double tolerance, WorkBudget& b
       assemble();
       is_factored_ = cholesky_.factor();
       if (!is_factored_) return Outcome::stuck;
-      budget.spend(price_ * (cholesky_.work() + kAssembly * static_cast<double>(problem_.contacts)));
+      const auto others = static_cast<double>(other_contacts_);
+      const auto of_bodies = static_cast<double>(problem_.contacts) - others;
+      budget.spend(price_ * (cholesky_.work() + kAssembly * of_bodies + kRowsAssembly * others));
     }
     // Newton's step and the velocities along it are found.
     for (std::size_t k = 0; k < gradient_.size(); ++k) step_[k] = -gradient_[k];
