@@ -189,6 +189,8 @@ struct RowProjection {
       return true;
     }
 
+    void forget() { count_ = 0; }
+
    private:
     using Set = std::array<std::uint64_t, (kMostRows + 63) / 64>;
 
@@ -203,15 +205,25 @@ struct RowProjection {
     ActiveSets sets;
     for (int iterations = 0; iterations < kIterations; ++iterations) {
       const int p = most_violated(rows, s.x, kFulfilled * length);
-      if (p < 0) return true;
+      if (p < 0) return are_nearly_fulfilled(rows, s.x, length);
       const double lacking = row_product(rows.g[p], s.x) + rows.slack[p];
       const bool is_taken = take_in(rows, p, s, iterations);
       if (is_taken && sets.note(s)) continue;
       const double left = is_taken ? lacking : row_product(rows.g[p], s.x) + rows.slack[p];
       if (left < -kNearlyFulfilled * length) return false;
       rows.is_left_out[p] = true;
+      // A row that was not taken in may have moved the point for others: sets may come again.
+      if (!is_taken) sets.forget();
     }
     return false;
+  }
+
+  /// Of rows that were left out: later ones may have moved the point away from them.
+  static bool are_nearly_fulfilled(const Rows& rows, const Row& x, double length) {
+    for (int i = 0; i < rows.count; ++i)
+      if (rows.is_left_out[i] && row_product(rows.g[i], x) + rows.slack[i] < -kNearlyFulfilled * length)
+        return false;
+    return true;
   }
 };
 

@@ -336,7 +336,9 @@ void SlidePairs::add_looks(const WorldModel& model, Sliders& sliders) const {
   for (const std::uint32_t index : open_) {
     const FramePair& pair = pairs_[index];
     if (!is_near_on_path(model, pair)) continue;
-    const std::uint32_t a = model.root_of(pair.solids.a), b = model.root_of(pair.solids.b);
+    // Who shoves pays for what goes along.
+    const std::uint32_t a = sliders.leader_of(model.root_of(pair.solids.a)),
+                        b = sliders.leader_of(model.root_of(pair.solids.b));
     const auto looks = static_cast<std::uint64_t>(pair.impact.queries);
     if (Slider* slider = sliders.find(a)) slider->work += looks;
     if (Slider* slider = a == b ? nullptr : sliders.find(b)) slider->work += looks;
@@ -457,7 +459,8 @@ void SlidePairs::find_near(const Scope& scope, const Slider& slider) {
   });
 }
 
-/// Whether a pair that is taken in is further apart than `way` and what is of interest: then this is noted.
+/// Whether a pair that is taken in is further apart than `approach` and what is of interest: then this is
+/// noted.
 bool SlidePairs::stays_apart(const Scope& scope, std::uint32_t watch, double approach) {
   const WorldModel& model = scope.model;
   NarrowphaseQuery& query = scope.query;

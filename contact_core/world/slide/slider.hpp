@@ -46,6 +46,7 @@ struct Slider {
   Twist remaining;           ///< what is left of the commanded path while it shoves
   Vector3 remaining_centre_O = Vector3::Zero();  ///< about which that turns
   bool is_cut_off = false;                       ///< the budget ended it
+  bool goes_on = true;                           ///< another sub-step may gain enough
   std::uint64_t work = 0;                        ///< of this frame so far: see SlideBudget::mover_work
   std::uint64_t most_work = std::numeric_limits<std::uint64_t>::max();  ///< the budget's
 

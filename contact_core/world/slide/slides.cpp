@@ -289,7 +289,9 @@ void Slides::take_up_pairs(const FrameScope& scope) {
 void Slides::end_spent() {
   for (Slider& slider : sliders_.list) {
     if (slider.done || !slider.has_spent()) continue;
-    slider.done = slider.is_cut_off = true;
+    // One that had come to rest only went on beside others: nothing was cut off.
+    slider.done = true;
+    slider.is_cut_off = slider.goes_on;
   }
 }
 
@@ -458,7 +460,10 @@ bool Slides::finish_step(const FrameScope& scope) {
   const bool shoves_more = take_shoved(model, pairs_.pairs(), scope.movers, scope.followers, scope.parts);
   // A slider goes on if it gained enough, or if a shorter sub-step still may.
   for (Slider& slider : sliders_.list) {
-    if (!model.in_motion[slider.root]) continue;
+    if (!model.in_motion[slider.root]) {
+      slider.goes_on = false;
+      continue;
+    }
     const double before = slider.distance, stop = model.stops[slider.root];
     rest(model, slider.root);
     if (slider.follows) continue;
@@ -476,7 +481,8 @@ bool Slides::finish_step(const FrameScope& scope) {
     const bool gained =
         is_worth_going_on(slider, before - slider.distance) && !(slider.is_near_end && stop == 1.0);
     const bool shorter = stop < kFarEnough && slider.trust >= kLeastTrust;
-    goes_on = goes_on || (!slider.done && (gained || shorter));
+    slider.goes_on = !slider.done && (gained || shorter);
+    goes_on = goes_on || slider.goes_on;
   }
   // New followers change the pairs that matter.
   if (shoves_more) {
