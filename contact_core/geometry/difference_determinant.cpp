@@ -12,8 +12,9 @@
 //  3. integers: multiplying an axis by a power of two leaves the sign alone, so the coordinates of each axis
 //     are made integers on that axis's own lowest bit. When highest and lowest bit of every axis are at most
 //     125 bits apart, the determinant is formed in 192 bits (differences below 2^61) or 384 bits; otherwise
-//     in BigInteger. Floating-point expansions (Shewchuk 1997) would take the place of 3 for ordinary
-//     exponents, but not for all doubles; the integers do, and need no second path.
+//     in BigInteger.
+// Floating-point expansions (Shewchuk 1997) would take the place of 3 for ordinary exponents, but not for all
+// doubles; the integers do, and need no second path.
 //
 // Error bound of 1. Let u = 2^-53. A difference of doubles is exact times (1 + d), |d| <= u, whatever its
 // magnitude (sums do not underflow). A term of the determinant is a product of three differences (3

@@ -33,10 +33,11 @@
 ///    and the plug-ins do).
 ///  * The clip is not cut where its separation passes the limit. Separation is linear over plane faces, so
 ///    the cut's corners, all at the limit, never touch first. They would displace corners that carry load,
-///    and jitter by the pose's noise over the sine of the tilt; the clip's own corners keep their places. The
-///    *patch* that manifolds are judged against is the hull of the exact clip's corners within the limit.
-///    `native` and `exact` have those corners, or of too many a choice that holds much of the area; engines
-///    have what they find, within the same limit.
+///    and jitter by the pose's noise over the sine of the tilt; the clip's own corners keep their places.
+///
+/// The *patch* that manifolds are judged against is the hull of the exact clip's corners within the limit.
+/// `native` and `exact` have those corners, or of too many a choice that holds much of the area; engines
+/// have what they find, within the same limit.
 
 namespace touchstone {
 

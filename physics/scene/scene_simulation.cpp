@@ -31,7 +31,7 @@ void SceneSimulation::set_drive(const JointAddress& joint, const SceneDrive& dri
   if (joint.is_of_bodies()) {
     body_drives_[joint.joint] = drive;
     body_drives_since_[joint.joint] = time();
-    tell_body_drive(joint.joint);
+    apply_body_drive(joint.joint);
     return;
   }
   Arm& arm = *arms_[joint.mechanism];
@@ -52,7 +52,7 @@ void SceneSimulation::apply_drive(const JointAddress& joint) {
   world_->set_drive(static_cast<std::uint32_t>(joint.mechanism), value, drive.drive);
 }
 
-void SceneSimulation::tell_body_drive(std::size_t joint) {
+void SceneSimulation::apply_body_drive(std::size_t joint) {
   const SceneBodyJoint& source = scene_->joints[joint];
   if (source.kind != BodyJointKind::hinge && source.kind != BodyJointKind::slider) return;
   SceneDrive drive = body_drives_[joint];
@@ -92,7 +92,7 @@ void SceneSimulation::begin_step() {
     for (std::size_t j = 0; j < arms_[m]->drives.size(); ++j)
       if (arms_[m]->drives[j].ramp != 0.0) apply_drive({m, j});
   for (std::size_t j = 0; j < body_drives_.size(); ++j)
-    if (body_drives_[j].ramp != 0.0) tell_body_drive(j);
+    if (body_drives_[j].ramp != 0.0) apply_body_drive(j);
   for (std::size_t i = 0; i < pieces_.size(); ++i)
     if (kind_of(i) == BodyKind::kinematic) move_kinematic(i);
 }

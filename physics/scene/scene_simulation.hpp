@@ -209,7 +209,7 @@ class SceneSimulation {
   // scene_simulation.cpp
   void set_drive(const JointAddress& joint, const SceneDrive& drive);
   void apply_drive(const JointAddress& joint);
-  void tell_body_drive(std::size_t joint);
+  void apply_body_drive(std::size_t joint);
   void move_kinematic(std::size_t object);
   bool is_due(const SceneAction& action) const;
 

@@ -184,7 +184,7 @@ void SceneSimulation::make_body_joints() {
     } catch (const InputError& error) {
       throw InputError(source.where + "joint '" + source.name + "': " + error.what());
     }
-    tell_body_drive(body_drives_.size() - 1);
+    apply_body_drive(body_drives_.size() - 1);
   }
 }
 

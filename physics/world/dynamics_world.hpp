@@ -162,9 +162,9 @@ class DynamicsWorld {
     double contact_gap = 1e-9;            ///< closer than this [m] (joint stops: rad or m) counts as touching
     double bounce_speed = 1e-3;           ///< approaches slower than this [m/s] do not bounce
     /// Rate of position correction [1/s]: overlap deeper than 100 000 gaps (0.1 mm) parts at this rate times
-    /// its depth, at 1 mm/s at least (0: not at all) and at `part_speed` [m/s] at most. Positions are
-    /// corrected only; velocities do not change. Deeper overlap that a step itself makes is removed at its
-    /// end.
+    /// its depth, at 1 mm/s at least (0: not at all) and at `part_speed` [m/s] at most. It is moved,
+    /// and gets no momentum by it: a group's linear and angular momentum stay, and bodies of a free group may
+    /// turn about its centre for that. Deeper overlap that a step itself makes is removed at its end.
     double push_out = 5.0, part_speed = 0.05;
     /// Bodies that contacts join and that have moved slower than `sleep_speed` [m/s] for `sleep_time` [s]
     /// sleep: they have no momentum, and are not looked at until something awake comes near or one of them is

@@ -127,7 +127,6 @@ void write_certified(const Batch& batch, const std::array<Certified, kBlock>& ce
 
 /// Takes pairs with a pose that is not finite out of a batch of which kernels have left them unknown.
 void fail_not_finite(std::span<const Pose> poses, std::span<PairStatus> status, Batch& batch) {
-  // Coordinates decide most pairs that touch exactly; the others stay in the batch.
   std::size_t kept = 0;
   for (std::size_t i = 0; i < batch.count; ++i) {
     const PairIndices pair = batch.pairs[i];
@@ -162,6 +161,7 @@ void compute_depths(const SolidSet& set, const Kernels& kernels, SolidKind kind,
 /// touch along, then by the hulls. @pre finite poses.
 void settle_closely(const SolidSet& set, const Kernels& kernels, SolidKind kind, Batch& batch,
                     std::span<const Pose> poses, std::span<PairStatus> status) {
+  // Coordinates decide most pairs that touch exactly; the others stay in the batch.
   std::size_t kept = 0;
   for (std::size_t i = 0; i < batch.count; ++i) {
     const PairIndices pair = batch.pairs[i];

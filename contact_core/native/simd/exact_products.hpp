@@ -3,8 +3,9 @@
 #include "touchstone/contact_core/native/simd/pack.hpp"
 
 // Products of doubles without their rounding, in lanes: by fused multiplication where the instruction set has
-// it, else by splitting (Dekker 1971). Both find the same bits: what rounding took from a product is a double
-// where the product is at least kLeastProduct, and counts as 0 below.
+// it, else by splitting (Dekker 1971). Both find the same bits below 2^996, where splitting overflows: what
+// rounding took from a product is a double where the product is at least kLeastProduct, and counts as 0
+// below.
 
 namespace touchstone::native::TOUCHSTONE_ISA {
 

@@ -23,11 +23,11 @@ struct ContactMemory {
   }
 };
 
-/// Contact forces from step to step, by the contacts' keys. Owns its memory.
+/// Contacts' memories from step to step, by their keys. Owns its memory.
 class WarmStart {
  public:
   void reserve(std::size_t contacts);
-  /// Finds the last step's force for each contact. Forces whose names are gone go to the nearest points of
+  /// Finds the last step's memory for each contact. Memories whose names are gone go to the nearest points of
   /// their pair.
   void carry(std::span<const Contact> contacts, const Movers& movers);
   /// By carry().
