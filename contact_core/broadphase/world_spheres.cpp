@@ -13,6 +13,13 @@ namespace {
 
 constexpr double kEps = 2.0 * kUnitRoundoff;
 
+/// And for as many again, that come later.
+void reserve(SolidTable& table, std::size_t objects, std::size_t solids) {
+  table.first_solid.reserve(2 * objects + 1);
+  table.is_static.reserve(2 * objects), table.is_gone.reserve(2 * objects);
+  table.sphere_S.reserve(2 * solids), table.object_of.reserve(2 * solids);
+}
+
 }  // namespace
 
 SolidTable make_solid_table(const BroadphaseInput& input) {
@@ -22,6 +29,9 @@ SolidTable make_solid_table(const BroadphaseInput& input) {
     throw InputError("broadphase: " + std::to_string(input.is_static.size()) + " static flags for " +
                      std::to_string(input.trees.size()) + " objects");
   SolidTable table;
+  std::size_t solids = 0;
+  for (const HexahedronTree* tree : input.trees) solids += tree == nullptr ? 0 : tree->solids().size();
+  reserve(table, input.trees.size(), solids);
   for (std::size_t object = 0; object < input.trees.size(); ++object) {
     if (input.trees[object] == nullptr)
       throw InputError("broadphase: tree " + std::to_string(object) + " is null");

@@ -35,8 +35,10 @@ class NarrowphaseQuery final : public SeparationQuery {
   NarrowphaseQuery(const Narrowphase& narrowphase, const Narrowphase& planner, std::size_t solids)
       : judges_poses_(!gives_signed_distance(narrowphase)),
         own_{&narrowphase, narrowphase.make_workspace()},
-        planner_{&planner, planner.make_workspace()},
-        poses_(solids) {}
+        planner_{&planner, planner.make_workspace()} {
+    poses_.reserve(2 * solids);  // take_up() may have more
+    poses_.resize(solids);
+  }
 
   /// The pair that the next calls ask about, a < b.
   void set_pair(const SolidPair& pair) { pair_ = pair; }

@@ -21,7 +21,9 @@ class NativeNarrowphase final : public Narrowphase {
 
   std::string_view name() const noexcept override { return "native"; }
   const Capabilities& capabilities() const noexcept override { return capabilities_; }
-  void build(std::span<const Hexahedron> solids) override { set_ = native::make_solid_set(solids); }
+  void build(std::span<const Hexahedron> solids) override {
+    set_ = native::make_solid_set(solids, 2 * solids.size());  // set_solids() may add some
+  }
   bool set_solids(SolidIndex first, std::span<const Hexahedron> solids) override {
     native::set_solids(set_, first, native::make_solid_set(solids));
     return true;

@@ -37,12 +37,13 @@ std::uint32_t morton_key(const Vector3& p, const Vector3& low, const Vector3& ce
 
 void MortonSort::reserve(std::size_t objects) {
   if (objects <= keys_.size()) return;
-  // The lists hold data of one sort only: nothing is copied.
+  // The lists hold data of one sort only: nothing is copied. There is room for as many again.
+  const bool grows = objects > keys_.capacity();
   for (std::vector<std::uint32_t>* list : {&keys_, &keys_scratch_, &order_scratch_}) {
-    list->clear();
+    if (grows) list->clear(), list->reserve(2 * objects);
     list->resize(objects);
   }
-  ranges_.reserve(objects / kCrowd + 1);
+  if (grows) ranges_.reserve(2 * objects / kCrowd + 1);
 }
 
 void MortonSort::begin(std::uint32_t count) noexcept {

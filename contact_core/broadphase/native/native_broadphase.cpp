@@ -17,9 +17,9 @@ class Scene {
         forest_(bounds_, input.threads),
         object_pairs_(bounds_, forest_, input.threads),
         threads_(input.threads) {
-    partners_.reserve(bounds_.solids());
-    others_.reserve(bounds_.objects());
-    moved_.reserve(bounds_.objects());
+    partners_.reserve(2 * bounds_.solids());
+    for (std::vector<std::uint32_t>* list : {&others_, &moved_}) list->reserve(2 * bounds_.objects());
+    is_moved_.reserve(2 * bounds_.objects());
     is_moved_.resize(bounds_.objects());
   }
   Scene(const Scene&) = delete;  // its parts point at each other
@@ -32,7 +32,7 @@ class Scene {
     if (was_there) forest_.erase(object, was_static);
     if (tree != nullptr) forest_.insert(object);
     object_pairs_.set_object(object);
-    partners_.reserve(bounds_.solids());
+    if (partners_.capacity() < bounds_.solids()) partners_.reserve(2 * bounds_.solids());
     if (is_moved_.size() < bounds_.objects()) {
       is_moved_.resize(bounds_.objects());
       moved_.reserve(is_moved_.capacity()), others_.reserve(is_moved_.capacity());

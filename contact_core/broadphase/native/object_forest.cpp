@@ -7,7 +7,10 @@ namespace touchstone {
 ObjectForest::ObjectForest(const SolidBounds& bounds, TaskRunner* threads)
     : bounds_(bounds), threads_(threads) {
   std::vector<std::uint32_t> members[kTrees];
-  for (Tree& tree : trees_) tree.now.slot_of.resize(bounds.objects());
+  for (Tree& tree : trees_) {
+    tree.now.slot_of.reserve(2 * std::size_t{bounds.objects()});  // some may come
+    tree.now.slot_of.resize(bounds.objects());
+  }
   for (std::uint32_t object = 0; object < bounds.objects(); ++object) {
     const int i = tree_of(object);
     trees_[i].now.slot_of[object] = static_cast<std::uint32_t>(members[i].size());
@@ -22,6 +25,7 @@ ObjectForest::ObjectForest(const SolidBounds& bounds, TaskRunner* threads)
 /// For as many slots as there are; and for its renewal, unless that has begun with what it needs.
 void ObjectForest::reserve(Tree& tree) {
   const std::uint32_t room = tree.now.tree.room();
+  if (tree.now.sphere_at.capacity() < room) tree.now.sphere_at.reserve(2 * std::size_t{room});
   if (tree.now.sphere_at.size() < room) tree.now.sphere_at.resize(room);
   tree.renewal.set_objects(tree.now.slot_of.size());
   if (tree.renewal.is_under_way()) return;

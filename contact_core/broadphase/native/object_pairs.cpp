@@ -13,19 +13,29 @@ ObjectPairs::ObjectPairs(const SolidBounds& bounds, const ObjectForest& forest, 
   make_room(bounds.objects());
 }
 
+/// And for as many again, which come one by one.
 void ObjectPairs::make_room(std::uint32_t objects) {
-  list_.resize(objects, kListedPairsPerObject * std::size_t{objects}, kMostThreads);
-  listed_objects_ = objects;
-  is_changed_.resize(objects);
-  changed_.reserve(objects / kFew + 1);
-  fresh_.reserve(std::max<std::size_t>(objects, 64));
-  row_.reserve(objects);
-  marks_.resize(objects / 64 + 1);
+  listed_objects_ = 2 * objects;
+  list_.reserve(listed_objects_);
+  is_changed_.reserve(listed_objects_);
+  changed_.reserve(listed_objects_ / kFew + 1);
+  fresh_.reserve(std::max<std::size_t>(listed_objects_, 64));
+  row_.reserve(listed_objects_);
+  marks_.resize(listed_objects_ / 64 + 1);
+  set_count(objects);
   forget();
 }
 
+void ObjectPairs::set_count(std::uint32_t objects) {
+  list_.set_objects(objects);
+  is_changed_.resize(objects);
+}
+
 void ObjectPairs::set_object(std::uint32_t object) {
-  if (object >= listed_objects_) make_room(object + 1 + object / 4 + 64);
+  if (object >= listed_objects_)
+    make_room(object + 1);
+  else if (object >= is_changed_.size())
+    set_count(object + 1);
   forget(std::span(&object, 1));
 }
 
@@ -84,7 +94,7 @@ bool ObjectPairs::list_changed_pairs() noexcept {
 
 // Walking the trees, which is kind to caches. False when the list does not hold all pairs.
 bool ObjectPairs::list_all_pairs() noexcept {
-  const std::size_t tasks = threads_ == nullptr ? 1 : std::min(threads_->threads(), kMostThreads);
+  const std::size_t tasks = threads_ == nullptr ? 1 : std::min(threads_->threads(), PairList::kMostWriters);
   work_.clear();
   for (int tree = 0; tree < ObjectForest::kTrees; ++tree) work_.push_back({tree, join_with(tree).root()});
   if (tasks > 1) split_work();

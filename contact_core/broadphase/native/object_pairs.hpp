@@ -36,6 +36,7 @@ class ObjectPairs {
   };
 
   void make_room(std::uint32_t objects);
+  void set_count(std::uint32_t objects);
   void start_frame() noexcept { gathered_ = kNone, rows_asked_ = 0, is_crowded_ = false; }
   void note_changes(std::span<const std::uint32_t> moved) noexcept;
   void forget_changes() noexcept;
@@ -52,13 +53,9 @@ class ObjectPairs {
   TreeJoin join_with(int tree) const { return {forest_.tree(ObjectForest::kMoving), forest_.tree(tree)}; }
 
   static constexpr std::uint32_t kNone = 0xFFFFFFFF;
-  static constexpr std::size_t kMostThreads = 16;
   static constexpr std::uint32_t kFew = ObjectForest::kFew;
   // Share of rows that are asked for one by one before the list is made: one in this many.
   static constexpr std::uint32_t kRowsAskedFirst = 256;
-  // Scenes so dense that the list does not hold their pairs are asked row by row: there the answer is most of
-  // the work.
-  static constexpr std::size_t kListedPairsPerObject = 64;
   static constexpr std::size_t kMostWork = 4096;
   // Of the objects after it: from one partner in this many on, trying all is quicker.
   static constexpr std::uint32_t kCrowdedShare = 8;
@@ -69,7 +66,7 @@ class ObjectPairs {
   TaskRunner* threads_;
   State state_ = State::due;
   PairList list_;
-  std::uint32_t listed_objects_ = 0;  // that list_ has room for
+  std::size_t listed_objects_ = 0;  // that list_ has room for
   std::vector<Work> work_, work_scratch_;
   std::vector<std::uint8_t> is_changed_;  // since the list was made, by object
   std::vector<std::uint32_t> changed_;

@@ -31,9 +31,9 @@ ObjectTree::ObjectTree(std::span<const std::uint32_t> objects) {
 void ObjectTree::reserve(std::uint32_t room) {
   if (has_reserved(room)) return;
   order_.clear(), nodes_.clear(), gone_.clear();
-  order_.reserve(std::max<std::size_t>(room, 2 * order_.capacity()));
+  order_.reserve(2 * std::size_t{room});
   gone_.reserve(order_.capacity());
-  nodes_.reserve(std::max(nodes_for(room), 2 * nodes_.capacity()));
+  nodes_.reserve(2 * nodes_for(room));
   level_start_.reserve(kMostLevels + 2);
 }
 
@@ -42,7 +42,11 @@ void ObjectTree::begin_anew(std::uint32_t room) noexcept {
   size_ = 0;
   gone_.clear();
   find_levels();
-  nodes_.resize(level_start_.back());
+}
+
+bool ObjectTree::make_nodes(std::size_t most) noexcept {
+  nodes_.resize(std::min<std::size_t>(level_start_.back(), nodes_.size() + most));
+  return nodes_.size() == level_start_.back();
 }
 
 void ObjectTree::find_levels() noexcept {
@@ -54,7 +58,7 @@ void ObjectTree::find_levels() noexcept {
   } while (count > 1);
 }
 
-void ObjectTree::clear_nodes() noexcept { std::fill(nodes_.begin(), nodes_.end(), kEmptyNode); }
+void ObjectTree::clear_nodes() noexcept { nodes_.assign(level_start_.back(), kEmptyNode); }
 
 // An eighth more, and some: those that come stand in no order until the next sort(). All keep their slots.
 void ObjectTree::make_room() {

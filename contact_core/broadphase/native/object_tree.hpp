@@ -68,9 +68,10 @@ class ObjectTree {
   FloatFrame sort(MortonSort& sort, std::span<const Sphere> spheres,
                   std::span<std::uint32_t> slot_of) noexcept;
 
-  // Built step by step in the place of another one: begin_anew(), append() each object, order(), then
-  // begin_boxes(), place() or leave_empty() each slot from 0 to room(), refit_child() each child of each
-  // level from 1 to levels() - 1. insert(), erase() and refit_one() are for slots that are placed.
+  // Built step by step in the place of another one: begin_anew(), make_nodes(), append() each object,
+  // order(), then begin_boxes(), place() or leave_empty() each slot from 0 to room(), refit_child() each
+  // child of each level from 1 to levels() - 1. insert(), erase() and refit_one() are for slots that are
+  // placed.
 
   /// Cold. As many slots do not take memory later; where it has to grow for that, it is void.
   void reserve(std::uint32_t room);
@@ -79,6 +80,8 @@ class ObjectTree {
   }
   /// Empty, with this many slots. Takes no memory where they are reserved.
   void begin_anew(std::uint32_t room) noexcept;
+  /// So many more nodes of those that it lacks: memory may be new to them. @returns whether all are there.
+  bool make_nodes(std::size_t most) noexcept;
   void append(std::uint32_t object) noexcept { order_[size_++] = object; }
   std::span<std::uint32_t> order() { return std::span(order_).first(size_); }
   void begin_boxes(const FloatFrame& frame) noexcept { frame_ = frame; }

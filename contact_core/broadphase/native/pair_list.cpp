@@ -25,16 +25,25 @@ void sort_row(SolidPair* first, SolidPair* last) {
 
 }  // namespace
 
-void PairList::resize(std::uint32_t objects, std::size_t capacity, std::size_t writers) {
-  // The last few places of a block may stay unused.
-  const std::size_t blocks = capacity / (kBlock - Writer::kRoom) + 1 + writers;
-  capacity_ = blocks * kBlock;
-  found_ = std::make_unique_for_overwrite<SolidPair[]>(capacity_);
-  pairs_ = std::make_unique_for_overwrite<SolidPair[]>(capacity_);
-  used_.resize(blocks);
-  row_end_.resize(objects);
+// The last few places of a block may stay unused.
+std::size_t PairList::blocks_for(std::size_t objects) {
+  return objects * kPairsPerObject / (kBlock - Writer::kRoom) + 1 + kMostWriters;
+}
+
+void PairList::reserve(std::size_t objects) {
+  const std::size_t blocks = blocks_for(objects);
+  found_ = std::make_unique_for_overwrite<SolidPair[]>(blocks * kBlock);
+  pairs_ = std::make_unique_for_overwrite<SolidPair[]>(blocks * kBlock);
+  used_.reserve(blocks);
+  row_end_.reserve(objects);
   count_ = 0;
   next_block_ = 0;
+}
+
+void PairList::set_objects(std::uint32_t objects) {
+  row_end_.resize(objects);
+  used_.resize(blocks_for(objects));
+  capacity_ = used_.size() * kBlock;
 }
 
 bool PairList::Writer::open_block() noexcept {

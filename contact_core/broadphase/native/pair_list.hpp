@@ -11,12 +11,15 @@
 namespace touchstone {
 
 /// Pairs of objects, a < b, found in any order on any threads, then in ascending order. All memory is taken
-/// in resize(), and left untouched until pairs need it, so that an ample capacity costs address space only.
+/// in reserve(), and left untouched until pairs need it, so that an ample capacity costs address space only.
 class PairList {
  public:
-  /// Cold. Holds `capacity` pairs of `objects` objects and what is left over in the blocks of `writers`
-  /// writers.
-  void resize(std::uint32_t objects, std::size_t capacity, std::size_t writers);
+  static constexpr std::size_t kMostWriters = 16;
+
+  /// Cold. Makes room for up to `objects` objects; holds no pairs.
+  void reserve(std::size_t objects);
+  /// From now on there are so many. @pre reserve() of as many.
+  void set_objects(std::uint32_t objects);
 
   /// Forgets all pairs.
   void start() noexcept { next_block_ = 0; }
@@ -56,6 +59,11 @@ class PairList {
 
  private:
   static constexpr std::size_t kBlock = 1024;
+  // Scenes so dense that the list does not hold their pairs are asked row by row: there the answer is most of
+  // the work.
+  static constexpr std::size_t kPairsPerObject = 64;
+
+  static std::size_t blocks_for(std::size_t objects);
 
   template <class Visit>
   void for_each_found(Visit visit) const noexcept;

@@ -4,11 +4,21 @@ namespace touchstone {
 
 SolidBounds::SolidBounds(const BroadphaseInput& input)
     : table_(make_solid_table(input)), margin_(input.margin) {
+  reserve();
   for (std::uint32_t object = 0; object < objects(); ++object)
     add_nodes(*input.trees[object], table_.first_solid[object]);
   solid_sphere_W_.resize(solids()), object_sphere_W_.resize(objects());
   if (solids() != objects()) object_box_.resize(objects());
   stack_.resize(nodes_.size() + 1);
+}
+
+/// For all that there are, and for as many again that come one by one.
+void SolidBounds::reserve() {
+  const std::size_t objects = 2 * std::size_t{this->objects()}, solids = 2 * std::size_t{this->solids()};
+  const std::size_t nodes = 2 * solids;  // of n solids n - 1 are inner nodes
+  nodes_.reserve(nodes), first_node_.reserve(objects), node_count_.reserve(objects);
+  solid_sphere_W_.reserve(solids), object_sphere_W_.reserve(objects), object_box_.reserve(objects);
+  swept_.reserve(solids), node_box_.reserve(nodes), stack_.reserve(nodes + 1);
 }
 
 void SolidBounds::add_nodes(const HexahedronTree& tree, std::uint32_t first_solid) {

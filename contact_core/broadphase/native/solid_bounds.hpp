@@ -72,6 +72,7 @@ class SolidBounds {
     std::int32_t left, right, solid;  // left and right relative to the object's first node; solid is global
   };
 
+  void reserve();
   void add_nodes(const HexahedronTree& tree, std::uint32_t first_solid);
   void replace_nodes(const HexahedronTree& tree, std::uint32_t object);
   Box box_around_solids(std::uint32_t object) const noexcept;

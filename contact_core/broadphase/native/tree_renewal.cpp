@@ -4,20 +4,24 @@
 
 namespace touchstone {
 
-void TreeRenewal::set_objects(std::size_t objects) { next_.slot_of.resize(objects, kNowhere); }
+void TreeRenewal::set_objects(std::size_t objects) {
+  if (next_.slot_of.capacity() < objects) next_.slot_of.reserve(2 * objects);
+  next_.slot_of.resize(objects, kNowhere);
+}
 
 void TreeRenewal::reserve(std::uint32_t room) {
+  const std::size_t next_room = ObjectTree::room_for(room);
   next_.tree.reserve(ObjectTree::room_for(room));
-  if (next_.sphere_at.size() < ObjectTree::room_for(room)) next_.sphere_at.resize(ObjectTree::room_for(room));
+  if (next_.sphere_at.capacity() < next_room) next_.sphere_at.clear(), next_.sphere_at.reserve(2 * next_room);
 }
 
 bool TreeRenewal::can_begin(const ObjectTree& now) const {
   const std::uint32_t room = ObjectTree::room_for(now.size());
-  return next_.tree.has_reserved(room) && next_.sphere_at.size() >= room;
+  return next_.tree.has_reserved(room) && next_.sphere_at.capacity() >= room;
 }
 
 void TreeRenewal::begin(const ObjectTree& now) noexcept {
-  stage_ = Stage::copy;
+  stage_ = Stage::room;
   at_ = 0, end_ = now.size();
   added_.clear();
   next_.tree.begin_anew(ObjectTree::room_for(end_));
@@ -37,6 +41,16 @@ void TreeRenewal::note_gone(std::uint32_t object) noexcept {
 
 void TreeRenewal::note_moved(std::uint32_t object, const SolidBounds& bounds) noexcept {
   if (stage_ >= Stage::place && next_.slot_of[object] != kNowhere) next_.place(object, bounds);
+}
+
+// Memory may be new to both lists: its pages cost more than all else.
+bool TreeRenewal::make_room(std::size_t& work) noexcept {
+  const std::size_t room = next_.tree.room(), most = (work + kBoxWork - 1) / kBoxWork;
+  const bool has_nodes = next_.tree.make_nodes(most);
+  if (next_.sphere_at.size() < room) next_.sphere_at.resize(std::min(room, next_.sphere_at.size() + most));
+  if (has_nodes && next_.sphere_at.size() >= room) return true;
+  work = 0;
+  return false;
 }
 
 bool TreeRenewal::copy(const ObjectTree& now, std::size_t& work) noexcept {

@@ -49,7 +49,9 @@ class TreeRenewal {
   Progress go_on(PlacedTree& now, const SolidBounds& bounds, const FloatFrame& frame, MortonSort& sort,
                  std::size_t work, const Belongs& belongs, const Outgrown& outgrown) noexcept {
     while (work > 0) {
-      if (stage_ == Stage::copy) {
+      if (stage_ == Stage::room) {
+        if (make_room(work)) stage_ = Stage::copy;
+      } else if (stage_ == Stage::copy) {
         if (copy(now.tree, work)) sort.begin(next_.tree.size()), stage_ = Stage::sort;
       } else if (stage_ == Stage::sort) {
         if (!sort.go_on(bounds.object_spheres_W(), next_.tree.order(), work)) continue;
@@ -72,11 +74,12 @@ class TreeRenewal {
   }
 
  private:
-  enum class Stage : std::uint8_t { none, copy, sort, place, levels, add };
+  enum class Stage : std::uint8_t { none, room, copy, sort, place, levels, add };
   static constexpr std::uint32_t kNowhere = ObjectTree::kNoObject;
   /// A box costs as much as this many other steps.
   static constexpr std::size_t kBoxWork = 4;
 
+  bool make_room(std::size_t& work) noexcept;
   bool copy(const ObjectTree& now, std::size_t& work) noexcept;
   bool refit(std::size_t& work) noexcept;
 

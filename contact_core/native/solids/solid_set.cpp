@@ -122,12 +122,15 @@ void add_parallelepipeds(SolidSet& set) {
     add_parallelepiped(set, i, as_parallelepiped(local_vertices(set, i), set.solids[i].size));
 }
 
-void reserve(SolidSet& set, std::size_t count) {
+void reserve(SolidSet& set, std::size_t count, bool only_boxes) {
   set.kinds.reserve(count);
   set.ordinary.reserve(count);
   set.boxes.reserve(count);
   set.vertices.reserve(count);
   set.solids.reserve(count);
+  if (only_boxes) return;
+  set.parallelepipeds.reserve(count);
+  set.parallelepiped_edges.reserve(count);
 }
 
 }  // namespace
@@ -136,12 +139,12 @@ const VertexRecord* vertex_records(const SolidSet& set) {
   return reinterpret_cast<const VertexRecord*>(set.vertices.data());
 }
 
-SolidSet make_solid_set(std::span<const Hexahedron> solids) {
+SolidSet make_solid_set(std::span<const Hexahedron> solids, std::size_t room) {
   const auto is_box = [](const Hexahedron& solid) { return solid.is_box(); };
   const auto is_rounded = [](const Hexahedron& solid) { return solid.is_rounded(); };
   const bool only_boxes = std::all_of(solids.begin(), solids.end(), is_box);
   SolidSet out;
-  reserve(out, solids.size());
+  reserve(out, std::max(room, solids.size()), only_boxes);
   SharedHulls shared(out);
   if (std::any_of(solids.begin(), solids.end(), is_rounded))
     for (const Hexahedron& solid : solids) out.radii.push_back(solid.radius());

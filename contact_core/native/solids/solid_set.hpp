@@ -76,7 +76,8 @@ inline const WorldVertices& local_vertices(const SolidSet& set, std::size_t soli
 /// SolidSet::vertices as the kernels read them.
 const VertexRecord* vertex_records(const SolidSet& set);
 
-SolidSet make_solid_set(std::span<const Hexahedron> solids);
+/// @param room for how many solids memory is taken ahead, if for more than these.
+SolidSet make_solid_set(std::span<const Hexahedron> solids, std::size_t room = 0);
 
 inline double radius_of(const SolidSet& set, std::size_t solid) {
   return set.radii.empty() ? 0.0 : set.radii[solid];

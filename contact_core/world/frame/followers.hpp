@@ -25,8 +25,9 @@ class Followers {
   /// @param anew nobody goes along with anybody.
   void take_room(std::size_t slots, bool anew) {
     if (anew) *this = {};
-    leader_of_.resize(slots, kNone), claim_of_.resize(slots, {kNone, 0});
-    is_commanded_.resize(slots, 0), is_disputed_.resize(slots, 0), is_blocked_.resize(slots, 0);
+    resize_more(leader_of_, slots, kNone), resize_more(claim_of_, slots, {kNone, 0});
+    for (std::vector<std::uint8_t>* flags : {&is_commanded_, &is_disputed_, &is_blocked_})
+      resize_more(*flags, slots);
     for (std::vector<std::uint32_t>* roots : {&followers_, &claimed_}) reserve_more(*roots, slots);
   }
   /// A frame begins. @param commanded_before of the last one. @param commanded roots with a command of their

@@ -46,7 +46,7 @@ void Movers::take_room(std::size_t slots, bool anew) {
     reserve_more(*list, 2 * slots + 64);
   }
   if (anew) is_short.clear();
-  is_short.resize(slots, 0);
+  resize_more(is_short, slots);
 }
 
 void Movers::add_follower(std::uint32_t root) {

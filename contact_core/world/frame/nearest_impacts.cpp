@@ -14,7 +14,7 @@ constexpr std::size_t kMoversAtOnce = 8;
 }  // namespace
 
 void NearestImpacts::take_room(std::size_t slots, std::size_t solids) {
-  stop_bounds_.resize(slots, 1.0);
+  resize_more(stop_bounds_, slots, 1.0);
   reserve_more(answers_, 64 + 16 * solids);
   reserve_more(opened_, 64 + 16 * solids), reserve_more(groups_, 64 + 16 * solids);
 }

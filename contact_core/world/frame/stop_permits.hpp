@@ -6,6 +6,7 @@
 
 #include "touchstone/contact_core/scene/scene.hpp"
 #include "touchstone/contact_core/world/contact_world.hpp"
+#include "touchstone/contact_core/world/model/reserve_more.hpp"
 
 namespace touchstone {
 
@@ -20,7 +21,7 @@ struct StopPermits {
     for (std::vector<std::uint8_t>* flags :
          {&may_slide, &may_pivot, &translation_only, &translation_only_before}) {
       if (anew) flags->clear();
-      flags->resize(slots, 0);
+      resize_more(*flags, slots);
     }
   }
   /// Nothing has stopped these roots yet in a frame.

@@ -9,7 +9,7 @@ namespace touchstone {
 void StopResolver::take_room(std::size_t slots, std::size_t solids, bool anew) {
   for (std::vector<std::uint8_t>* flags : {&is_restopped_, &is_held_}) {
     if (anew) flags->clear();
-    flags->resize(slots, 0);
+    resize_more(*flags, slots);
   }
   reserve_more(restopped_, slots);
   queue_.reserve(64 + 16 * solids);

@@ -46,14 +46,14 @@ void WatchedPairs::take_room(const WorldModel& model, bool anew) {
   const std::size_t slots = model.layout.slots(), solids = model.layout.solids.size();
   const auto size = [&](auto& list, std::size_t count) {
     if (anew) list.clear();
-    list.resize(count);
+    resize_more(list, count);
   };
   size(is_noted_due_, slots), size(is_looked_at_, slots), size(reaches_, slots), size(regions_, solids);
-  stands_.resize(solids);
+  resize_more(stands_, solids);
   reserve_more(due_, slots), reserve_more(moved_, slots), reserve_more(movable_, slots);
   reserve_more(looked_at_, slots);
   if (pairs_.capacity() < 256 + 64 * solids) {
-    const std::size_t room = std::max(256 + 64 * solids, anew ? 0 : 2 * pairs_.capacity());
+    const std::size_t room = 2 * (256 + 64 * solids);  // as reserve_more() has it
     pairs_.reserve(room), pairs_before_.reserve(room);
     for (std::vector<std::uint32_t>* indices : {&imminent_, &unclear_, &taken_}) indices->reserve(room);
     gathered_.reserve(room), is_taken_.reserve(room);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "touchstone/contact_core/geometry/pose.hpp"
+#include "touchstone/contact_core/world/model/reserve_more.hpp"
 
 namespace touchstone {
 
@@ -26,7 +27,7 @@ class Rides {
   /// @param anew nobody rides.
   void take_room(std::size_t slots, bool anew) {
     if (anew) rides_.clear();
-    rides_.resize(slots);
+    resize_more(rides_, slots);
   }
   /// The slot's object is new, or moves with another body.
   void forget(std::uint32_t root) { rides_[root] = {}; }

@@ -72,20 +72,21 @@ void take_room(WorldModel& model, bool anew) {
   const std::size_t slots = model.layout.slots(), solids = model.layout.solids.size();
   const auto size = [&](auto& list, std::size_t count, const auto& value) {
     if (anew) list.clear();
-    list.resize(count, value);
+    resize_more(list, count, value);
   };
   size(model.paths, slots, CarriedPath(RigidPath(), model.objects.poses_in_body()));
   size(model.stops, slots, 1.0), size(model.in_motion, slots, std::uint8_t{0});
   size(model.member_root, slots, kNone);
   model.rides.take_room(slots, anew);
   reserve_more(model.members, slots);
-  model.from.resize(solids), model.X_BS.resize(solids), model.root_of_solid.resize(solids);
+  resize_more(model.from, solids), resize_more(model.X_BS, solids);
+  resize_more(model.root_of_solid, solids);
   Travels& travels = model.travels;
   for (std::vector<double>* values : {&travels.of_solid, &travels.solid_limit, &travels.imminent_solid,
                                       &travels.last_solid, &travels.planned_solid, &travels.needed})
     size(*values, solids, 0.0);
-  travels.vertices.resize(solids), travels.has_vertices.resize(solids, 0);
-  travels.unplaced.reserve(solids);
+  resize_more(travels.vertices, solids), resize_more(travels.has_vertices, solids);
+  reserve_more(travels.unplaced, solids);
   if (anew) number_own_pairs(model);
   model.selection.reserve(slots);
 }

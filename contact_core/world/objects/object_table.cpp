@@ -325,6 +325,11 @@ std::optional<SolidIndex> Layout::find(const Layout& other, SolidIndex solid) co
   return first_solid[object.slot] + (solid - other.first_solid_of(solid));
 }
 
+void Layout::reserve(std::size_t slots, std::size_t all_solids) {
+  handles.reserve(slots), trees.reserve(slots), is_static.reserve(slots), first_solid.reserve(slots + 1);
+  slot_of.reserve(all_solids), solids.reserve(all_solids), X_OS.reserve(all_solids);
+}
+
 void Layout::put(const ObjectTable& objects, std::uint32_t slot) {
   const ObjectRecord& object = objects[slot];
   const std::vector<PlacedHexahedron>& placed = object.description.tree->solids();
@@ -343,6 +348,10 @@ void Layout::put(const ObjectTable& objects, std::uint32_t slot) {
 
 Layout make_layout(const ObjectTable& objects) {
   Layout out;
+  std::size_t solids = 0;
+  for (std::uint32_t slot = 0; slot < objects.size(); ++slot)
+    solids += objects[slot].description.tree->solids().size();
+  out.reserve(2 * objects.size(), 2 * solids);  // those that come later find room
   out.first_solid.push_back(0);
   for (std::uint32_t slot = 0; slot < objects.size(); ++slot) out.put(objects, slot);
   return out;

@@ -153,6 +153,7 @@ struct Layout {
   bool is_exempt(const SolidPair& pair) const;
   SolidIndex first_solid_of(SolidIndex solid) const { return first_solid[slot_of[solid]]; }
   ObjectHandle handle_of(SolidIndex solid) const { return handles[slot_of[solid]]; }
+  void reserve(std::size_t slots, std::size_t all_solids);
   /// Takes up the slot's object anew, or that it is gone. @pre the slot is laid out, or the next one.
   void put(const ObjectTable& objects, std::uint32_t slot);
   /// Sorted pairs, each once more or once less.

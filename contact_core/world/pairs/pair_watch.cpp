@@ -8,7 +8,10 @@ void PairWatch::reserve(std::size_t pairs) {
   pairs_.reserve(pairs), links_.reserve(2 * pairs), free_.reserve(pairs);
 }
 
-void PairWatch::set_solids(std::size_t solids) { first_.resize(solids, kNone); }
+void PairWatch::set_solids(std::size_t solids) {
+  if (solids > first_.capacity()) first_.reserve(2 * solids);
+  first_.resize(solids, kNone);
+}
 
 void PairWatch::clear() {
   pairs_.clear(), links_.clear(), free_.clear();

@@ -56,7 +56,7 @@ class Selection {
 
   /// apply() then does not allocate while no more than kPairRoom pairs are off by themselves.
   void reserve(std::size_t objects) {
-    objects_off_.reserve(objects);
+    if (objects_off_.capacity() < objects) objects_off_.reserve(2 * objects);
     pairs_off_.reserve(std::min(kPairRoom, objects * objects / 2));
   }
   static constexpr std::size_t kPairRoom = 65536;

@@ -89,8 +89,8 @@ void Slides::take_room(const WorldModel& model, std::size_t watched, std::size_t
   const std::size_t mechanisms = model.mechanisms.size();
   permits_.take_room(slots, anew);
   if (anew) sliders_.index_of.clear();
-  sliders_.index_of.resize(slots, Sliders::kNone);
-  moments_.resize(solids);
+  resize_more(sliders_.index_of, slots, Sliders::kNone);
+  resize_more(moments_, solids);
   reserve_more(sliders_.list, slots), reserve_more(carried_, slots);
   reserve_more(cut_off_, slots), reserve_more(felt_, slots);
   pairs_.reserve(slots, solids, mechanisms);

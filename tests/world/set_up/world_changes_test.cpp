@@ -222,6 +222,19 @@ TEST(WorldChanges, PoliciesAllocateNothing) {
   EXPECT_EQ(allocation_count(), before);
 }
 
+// Of more than a hundred lists hardly one takes more memory: frames after an object came cost about as much.
+TEST(WorldChanges, FindRoomUntilThereAreTwiceAsManyObjects) {
+  constexpr int kCount = 300;
+  Grid grid(kCount);
+  for (int i = kCount; i < 2 * kCount; ++i) {
+    grid.world->add({box_tree("box " + std::to_string(i), {1, 1, 1}),
+                     at(1.2 * (i % 10), 1.2 * (i / 10 % 10), 1.2 * (i / 100)), i % 5 == 0});
+    const std::size_t before = allocation_count();
+    grid.world->frame({});
+    EXPECT_LE(allocation_count() - before, 24u) << "object " << i;
+  }
+}
+
 TEST(WorldChanges, AMillionRulesTakeNoMoreMemoryThanThoseInForce) {
   Grid grid(50);
   const auto set = [&](int i) {
