@@ -159,8 +159,7 @@ class Clerk {
   std::thread thread_;
 };
 
-/// Lines that a flight ends with. Outputs end in here, once: under hold_interrupts(), or by the answer to a
-/// signal, so that none of the two waits for the other.
+/// Lines that a flight ends with. Outputs end in here, once.
 std::string end_of(const Session& session, const Exchange& exchange, const Server& server,
                    LiveOutputs& outputs) {
   return fmt::format("frames {}, hash {}\n", session.frame(), hash_text(session.hash())) +
@@ -219,13 +218,18 @@ int fly(StationOptions options, const fs::path& folder) {
   if (options.soak) hand.emplace(server, options.rate);
 
   std::atomic<bool> stop{false}, ended{false};
+  std::string end;  // of the answer to a signal, or under hold_interrupts()
+  const auto reach_end = [&] {
+    if (end.empty()) end = end_of(session, exchange, server, outputs);
+  };
   // A signal lets the frame end, so that the recording gets its end, and the outputs theirs.
   const comparison::OnInterrupt on_interrupt([&] {
     stop = true;
     while (!ended) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    return end_of(session, exchange, server, outputs) +
-           (outputs.has_animation() ? "gltf: not written for the signal; --replay of a --record writes it"
-                                    : "");
+    reach_end();
+    return end + (outputs.has_animation()
+                      ? "gltf: not written for the signal; --replay of a --record writes it"
+                      : "");
   });
   run_loop(loop, options, stop);
   clerk.end();
@@ -233,9 +237,10 @@ int fly(StationOptions options, const fs::path& folder) {
   ended = true;
   {
     const auto hold = comparison::hold_interrupts();
-    comparison::stop_if_interrupted();
-    comparison::print_now(end_of(session, exchange, server, outputs));
+    reach_end();
   }
+  comparison::stop_if_interrupted();  // not while held: the answer waits for that
+  comparison::print_now(end);
   comparison::print_now(outputs.write_animation());
   return 0;
 }
