@@ -181,6 +181,29 @@ T at(const std::string& bytes, std::size_t offset) {
   return out;
 }
 
+/// In a frame.
+std::uint32_t input_of(const std::string& frame) { return at<std::uint32_t>(frame, 68); }
+Vector3 place_of(const std::string& frame, std::uint32_t object) {
+  const std::size_t first = kFrameHeader + 64 * at<std::uint16_t>(frame, 76) + 32 * object;
+  return {at<float>(frame, first), at<float>(frame, first + 4), at<float>(frame, first + 8)};
+}
+
+/// The number of the last input, once no other has come for 400 frames, 2 s at least, and the hand has stood
+/// still for as long: one that is held is said twenty times meanwhile. 0: that was not so within a minute.
+std::uint32_t last_input(Page& page, std::uint32_t hand) {
+  const auto end = Clock::now() + std::chrono::minutes(1);
+  std::string first = page.wait_for_frame();
+  while (!first.empty() && Clock::now() < end) {
+    const std::string frame = page.wait_for_frame();
+    if (frame.empty() || input_of(frame) == 0 || input_of(frame) != input_of(first) ||
+        norm(place_of(frame, hand) - place_of(first, hand)) > 1e-6)
+      first = frame;
+    else if (at<std::uint64_t>(frame, 8) - at<std::uint64_t>(first, 8) >= 400)
+      return input_of(frame);
+  }
+  return 0;
+}
+
 struct Answer {
   unsigned status;
   std::string body;
@@ -490,6 +513,20 @@ TEST_F(StationServer, AScriptedHandFliesAndIsTimed) {
   EXPECT_NE(figures_text(exchange_->figures, {}).find("hands that were obeyed: "), std::string::npos);
 }
 
+TEST_F(StationServer, TheNewestOfManyHandsIsObeyed) {
+  start();
+  Page page(server_->port());
+  ASSERT_EQ(page.join(), 101U);
+  for (std::uint32_t number = 1; number <= 100'000; ++number)
+    server_->fly(kScriptClient, number, ahead(0.01));
+  std::string frame = page.wait_for_frame();
+  for (int i = 0; i < 10'000 && !frame.empty() && input_of(frame) != 100'000; ++i)
+    frame = page.wait_for_frame();
+  ASSERT_FALSE(frame.empty());
+  EXPECT_EQ(input_of(frame), 100'000U);
+  EXPECT_EQ(at<std::uint32_t>(frame, 64), kScriptClient);
+}
+
 TEST(StationSpaceMouse, ItsAxesBecomeTheHands) {
   HandInput hand;
   ASSERT_TRUE(take_space_event({0, 35, 70, -175, 1000, 35, -70, 16}, hand));
@@ -530,6 +567,23 @@ TEST_F(StationServer, ASpaceMouseFliesUntilItsDaemonEnds) {
   daemon.end();
   const std::uint64_t hands = exchange_->figures.answer.count();
   EXPECT_TRUE(becomes([&] { return exchange_->figures.answer.count() > hands; })) << "let go";
+  end();
+  EXPECT_GT(distance_flown(), 1e-3);
+}
+
+TEST_F(StationServer, ASpaceMouseWhoseDaemonFallsSilentIsLetGo) {
+  start();
+  Daemon daemon(folder_ / "spnav.sock");
+  const SpaceMouse mouse(*server_, folder_ / "spnav.sock");
+  daemon.accept();
+  const SpaceEvent held = {0, 0, 0, -175, 0, 0, 0, 16};
+  daemon.send(held);
+  Page page(server_->port());
+  ASSERT_EQ(page.join(), 101U);
+  EXPECT_GT(last_input(page, scenes_[0]->hand_object()), 2U) << "held for a while, and let go";
+  const std::uint64_t hands = exchange_->figures.answer.count();
+  daemon.send(held);
+  EXPECT_TRUE(becomes([&] { return exchange_->figures.answer.count() > hands; })) << "flies again";
   end();
   EXPECT_GT(distance_flown(), 1e-3);
 }

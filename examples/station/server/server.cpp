@@ -2,11 +2,13 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/udp.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <cstring>
+#include <mutex>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <thread>
@@ -97,12 +99,15 @@ struct Server::State {
   asio::steady_timer timer;
   std::array<std::uint8_t, 2 * kDatagramBytes> datagram{};
   udp::endpoint datagram_from;
+  std::mutex flown_mutex;
+  std::vector<HandMessage> flown;  // of fly(), the newest of each client; not empty: its taking is posted
   std::thread thread;
 
   void listen();
   void accept();
   void receive();
   void take_datagram(std::size_t bytes);
+  void take_flown();
   void wait_for_loop();
   void take_from_loop();
   void tick();
@@ -320,6 +325,15 @@ void Server::State::take_datagram(std::size_t bytes) {
   host.take_hand(kDatagramClient, message);
 }
 
+void Server::State::take_flown() {
+  std::vector<HandMessage> newest;
+  {
+    const std::lock_guard lock(flown_mutex);
+    newest.swap(flown);
+  }
+  for (const HandMessage& message : newest) host.take_hand(message.stamp.client, message);
+}
+
 // ---- the loop's side
 
 void Server::State::wait_for_loop() {
@@ -396,9 +410,20 @@ Server::~Server() {
 }
 
 void Server::fly(std::uint32_t client, std::uint32_t number, const HandInput& hand) {
-  HandMessage message{hand, {client, number, kNaN, station_us()}};
-  asio::post(state_->context,
-             [state = state_.get(), message] { state->host.take_hand(message.stamp.client, message); });
+  const HandMessage message{hand, {client, number, kNaN, station_us()}};
+  {
+    const std::lock_guard lock(state_->flown_mutex);
+    std::vector<HandMessage>& flown = state_->flown;
+    const auto earlier = std::find_if(flown.begin(), flown.end(),
+                                      [&](const HandMessage& each) { return each.stamp.client == client; });
+    if (earlier != flown.end()) {
+      *earlier = message;
+      return;
+    }
+    flown.push_back(message);
+    if (flown.size() > 1) return;
+  }
+  asio::post(state_->context, [state = state_.get()] { state->take_flown(); });
 }
 
 std::uint16_t Server::port() const { return state_->acceptor.local_endpoint().port(); }

@@ -47,7 +47,8 @@ class Server {
          double rate, const Recorder* recorder);
   ~Server();  ///< closes all sockets
 
-  /// What the hand of a pilot holds that is no page. Any thread.
+  /// What the hand of a pilot holds that is no page; the newest counts, what the server could not take in
+  /// time is overwritten. Any thread.
   void fly(std::uint32_t client, std::uint32_t number, const HandInput& hand);
 
   std::uint16_t port() const;

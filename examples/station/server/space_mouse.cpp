@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cstdlib>
 #include <cstring>
 
@@ -64,24 +65,32 @@ SpaceMouse::~SpaceMouse() {
 }
 
 void SpaceMouse::read(Server& server) {
+  using Clock = std::chrono::steady_clock;
   HandInput hand;
+  Clock::time_point heard = Clock::now();  // of the last motion
   SpaceEvent event{};
   std::size_t got = 0;  // bytes of it: the stream may split it
   std::uint32_t number = 0;
   while (!stop_) {
     pollfd wait{descriptor_, POLLIN, 0};
     const int ready = poll(&wait, 1, kPatience);
+    bool has_moved = false;
     if (ready > 0) {
       const ssize_t more = ::read(descriptor_, reinterpret_cast<char*>(event.data()) + got,  // NOLINT
                                   sizeof(event) - got);
       if (more <= 0) break;  // the daemon has ended
       got += static_cast<std::size_t>(more);
-      if (got < sizeof(event)) continue;
-      got = 0;
-      if (!take_space_event(event, hand)) continue;
+      if (got == sizeof(event)) {
+        got = 0;
+        has_moved = take_space_event(event, hand);
+      }
     }
+    if (has_moved) heard = Clock::now();
+    const bool holds = !(hand == HandInput{});
+    const bool is_lost = holds && Clock::now() - heard > kMostSilence;
+    if (is_lost) hand = {};
     // A pilot who holds something still is heard of, so that it does not count as let go.
-    if (ready > 0 || !(hand == HandInput{})) server.fly(kSpaceMouseClient, ++number, hand);
+    if (has_moved || is_lost || (ready <= 0 && holds)) server.fly(kSpaceMouseClient, ++number, hand);
   }
   server.fly(kSpaceMouseClient, ++number, {});
 }

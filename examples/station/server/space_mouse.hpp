@@ -2,6 +2,7 @@
 
 #include <array>
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -20,7 +21,8 @@ using SpaceEvent = std::array<std::int32_t, 8>;
 bool take_space_event(const SpaceEvent& event, HandInput& hand);
 
 /// Flies a station by a SpaceMouse, through the socket of spacenav's daemon, on a thread of its own. The
-/// daemon's first protocol is spoken, which needs no library.
+/// daemon's first protocol is spoken, which needs no library. What is held is let go when the daemon ends, or
+/// says nothing for kMostSilence: a device that was unplugged says no zero.
 class SpaceMouse {
  public:
   /// Keeps a reference. Looks for the daemon once.
@@ -36,6 +38,8 @@ class SpaceMouse {
 
   /// Counts of full deflection; what a daemon at its usual sensitivity sends at most.
   static constexpr double kFull = 350.0;
+  /// A hand that holds a device is never quite still; assumed.
+  static constexpr std::chrono::seconds kMostSilence{2};
 
  private:
   void read(Server& server);
