@@ -1,11 +1,11 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
 
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/measures/common/allocations.hpp"
 #include "touchstone/tests/station/pilot.hpp"
+#include "touchstone/tests/support/program_test.hpp"
 
 // The arm that walks end over end: which end it stands on changes between frames, in the same world.
 
@@ -182,19 +182,19 @@ TEST(StationWalk, SaysWhatItDoesNotDo) {
   EXPECT_EQ(pilot.merged, 0);
 }
 
-TEST(StationWalk, ScriptsThatHoldWhatTheyCannotAreRefused) {
-  const std::filesystem::path bundled = STATION_SCENES, folder = testing::TempDir();
-  std::ifstream in(bundled / "walk_off.yaml");
-  const std::string script((std::istreambuf_iterator<char>(in)), {});
+using StationWalkScript = FolderTest;
+
+TEST_F(StationWalkScript, ThatHoldsWhatItCannotIsRefused) {
+  const std::filesystem::path bundled = STATION_SCENES;
+  const std::string script = read(bundled / "walk_off.yaml");
   const auto refusal = [&](const std::string& from, const std::string& to) {
     std::string text = script;
     text.replace(text.find("parts/"), 6, (bundled / "parts/").string());
     const std::size_t place = text.find(from);
     EXPECT_NE(place, std::string::npos) << from;
     text.replace(place, from.size(), to);
-    std::ofstream(folder / "own_walk.yaml") << text;
     try {
-      load_station_scene(folder / "own_walk.yaml", kRate);
+      load_station_scene(write("own_walk.yaml", text), kRate);
     } catch (const InputError& error) {
       return std::string(error.what());
     }
@@ -209,7 +209,7 @@ TEST(StationWalk, ScriptsThatHoldWhatTheyCannotAreRefused) {
             of + "an arm that walks stands at first on its base");
   EXPECT_EQ(refusal("pdgf_b, link: ssrms.base_lee", "pdgf_b, link: ssrms.upper_boom"),
             of + "pdgf_b holds ssrms.upper_boom: that link is no end of the arm");
-  const std::string file = (folder / "own_walk.yaml").string() + ":18: actions: hold: ";
+  const std::string file = (folder_ / "own_walk.yaml").string() + ":18: actions: hold: ";
   EXPECT_EQ(refusal("fixture: pdgf_b", "fixture: ssrms.tip_lee"), file + "fixture: is a link of an arm");
   EXPECT_EQ(refusal("pdgf_b, link: ssrms.base_lee", "pdgf_b, link: mast"),
             file + "link: is no link of an arm");
