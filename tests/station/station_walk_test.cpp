@@ -187,9 +187,10 @@ using StationWalkScript = FolderTest;
 TEST_F(StationWalkScript, ThatHoldsWhatItCannotIsRefused) {
   const std::filesystem::path bundled = STATION_SCENES;
   const std::string script = read(bundled / "walk_off.yaml");
+  std::string scene = (bundled / "parts/walk_scene.yaml").string();
   const auto refusal = [&](const std::string& from, const std::string& to) {
     std::string text = script;
-    text.replace(text.find("parts/"), 6, (bundled / "parts/").string());
+    text.replace(text.find("parts/walk_scene.yaml"), 21, scene);
     const std::size_t place = text.find(from);
     EXPECT_NE(place, std::string::npos) << from;
     text.replace(place, from.size(), to);
@@ -213,7 +214,24 @@ TEST_F(StationWalkScript, ThatHoldsWhatItCannotIsRefused) {
   EXPECT_EQ(refusal("fixture: pdgf_b", "fixture: ssrms.tip_lee"), file + "fixture: is a link of an arm");
   EXPECT_EQ(refusal("pdgf_b, link: ssrms.base_lee", "pdgf_b, link: mast"),
             file + "link: is no link of an arm");
+  const std::string action = "  - {time: 1, hold: {fixture: pdgf_b, link: ssrms.base_lee}}\n";
+  EXPECT_EQ(refusal(action, action + "  - {time: 1, latch: {carrier: mast, carried: pdgf_b}}\n"),
+            of + "pdgf_b holds ssrms.base_lee: what may move holds no arm");
   EXPECT_EQ(refusal("ssrms_walking", "ssrms"), of + "pdgf_a holds ssrms.base_lee: the arm has not two ends");
+  // The arm 0.11 m aside, and its fixture turned by 12 degrees, then by 8.
+  const std::string away =
+      of + "an arm that walks is at time 0 within 0.1 m and 10 degrees of the fixture that holds it";
+  EXPECT_EQ(refusal("position: [-0.000909,", "position: [0.109091,"), away);
+  std::string parts = read(scene);
+  const std::string upright = "pose: {position: [-6, 0, 0]}";
+  const std::size_t place = parts.find(upright);
+  ASSERT_NE(place, std::string::npos);
+  parts.replace(place, upright.size(), "pose: {position: [-6, 0, 0], rpy: [12, 0, 0]}");
+  scene = write("own_scene.yaml", parts).string();
+  EXPECT_EQ(refusal("name:", "name:"), away);
+  parts.replace(parts.find("rpy: [12, 0, 0]"), 15, "rpy: [8, 0, 0]");
+  write("own_scene.yaml", parts);
+  EXPECT_EQ(refusal("name:", "name:"), "accepted");
 }
 
 }  // namespace

@@ -26,14 +26,18 @@ std::uint32_t Stance::within_reach(std::uint32_t tip, std::span<const Pose> X_WO
   for (const HoldOption& option : scene_->holds) {
     if (option.tip != tip || option.fixture == fixture_of(1 - tip)) continue;
     const Pose& X_WF = X_WO[option.fixture];
-    // The mouth looks down on the plate: its axis is opposite to the probe's.
-    const bool is_aligned = -dot(X_WT.R.col(0), X_WF.R.col(2)) >= std::cos(kTurn);
     const double away = norm(X_WT.p - X_WF.p);
-    if (!is_aligned || !(away <= least)) continue;
+    if (!is_over(X_WT, X_WF) || away > least) continue;
     least = away;
     nearest = option.fixture;
   }
   return nearest;
+}
+
+bool Stance::is_over(const Pose& X_WT, const Pose& X_WF) noexcept {
+  // The mouth looks down on the plate: its axis is opposite to the probe's.
+  const bool is_aligned = -dot(X_WT.R.col(0), X_WF.R.col(2)) >= std::cos(kTurn);
+  return is_aligned && norm(X_WT.p - X_WF.p) <= kReach;
 }
 
 std::unique_ptr<const Arm> Stance::stand_without(std::uint32_t tip, std::span<const Pose> X_WO,

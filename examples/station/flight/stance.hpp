@@ -40,6 +40,8 @@ class Stance {
   /// A fixture holds an end whose mouth's middle is this near to its own frame's origin [m], and whose axis
   /// this near to its probe's [rad]; assumed.
   static constexpr double kReach = 0.1, kTurn = 0.17453292519943295;
+  /// @param X_WT of a tip. @param X_WF of a fixture.
+  static bool is_over(const Pose& X_WT, const Pose& X_WF) noexcept;
 
  private:
   const StationScene* scene_;

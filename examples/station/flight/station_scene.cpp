@@ -12,6 +12,7 @@
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/program/files/json.hpp"
 #include "touchstone/examples/station/flight/solids_json.hpp"
+#include "touchstone/examples/station/flight/stance.hpp"
 
 namespace touchstone::station {
 namespace {
@@ -196,6 +197,7 @@ HoldOption make_hold(const Action& action, const StationScene& scene) {
   const std::string what = "script '" + scene.setting.script().name +
                            "': " + scene.setting.object_name(action.carrier) + " holds " +
                            scene.setting.object_name(action.object) + ": ";
+  if (scene.setting.may_move(action.carrier)) throw InputError(what + "what may move holds no arm");
   if (scene.tips.size() != 2) throw InputError(what + "the arm has not two ends");
   const auto tip = std::find_if(scene.tips.begin(), scene.tips.end(),
                                 [&](const Tip& each) { return each.object == action.object; });
@@ -203,8 +205,8 @@ HoldOption make_hold(const Action& action, const StationScene& scene) {
   return {static_cast<std::uint32_t>(tip - scene.tips.begin()), action.carrier, action.time <= 0.0};
 }
 
-/// @throws InputError: it is not held at first by the end that the mechanism has as its base, and by no
-/// other.
+/// @throws InputError: it is not held at first by the end that the mechanism has as its base, where that end
+/// can be held, and by no other.
 void check_start(const StationScene& scene) {
   const std::string what = "script '" + scene.setting.script().name + "': an arm that walks ";
   std::size_t held = 0;
@@ -216,6 +218,13 @@ void check_start(const StationScene& scene) {
     if (link != arm.mechanism->base()) throw InputError(what + "stands at first on its base");
   }
   if (held != 1) throw InputError(what + "is held by one fixture at time 0");
+  const auto& objects = scene.setting.scene().objects;
+  for (const HoldOption& option : scene.holds) {
+    const Tip& tip = scene.tips[option.tip];
+    if (option.at_start &&
+        !Stance::is_over(compose(objects[tip.object].X_WO, tip.X_HT), objects[option.fixture].X_WO))
+      throw InputError(what + "is at time 0 within 0.1 m and 10 degrees of the fixture that holds it");
+  }
   if (scene.dynamics) throw InputError(what + "flies without dynamics");
 }
 
