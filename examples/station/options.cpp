@@ -21,6 +21,7 @@ std::optional<StationOptions> parse_station_options(int argc, const char* const*
                                                     const std::filesystem::path& page) {
   StationOptions out;
   out.server.page = page;
+  out.outputs.records_option = "--poses";
   CLI::App app(
       "The training station: flies an arm from a page in a browser on this machine, with and without contact "
       "detection.",

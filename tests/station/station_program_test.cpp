@@ -255,6 +255,11 @@ TEST_F(StationProgram, FliesTheFileThatIsGivenNotTheBundledSceneOfItsName) {
 TEST_F(StationProgram, SaysInOneLineWhatItCannotDo) {
   EXPECT_EQ(run("--scene nowhere --port 0").err,
             "touchstone_station: there is no scene 'nowhere': see --list\n");
+  EXPECT_EQ(run("--port 0 --seconds 0.1 --gltf " + (folder_ / "gltf").string()).err,
+            "touchstone_station: --gltf: is written from records; give --poses too\n");
+  EXPECT_EQ(run("--port 0 --seconds 0.1 --poses /dev/null/x")
+                .err.rfind("touchstone_station: --poses /dev/null/x: ", 0),
+            0U);
   EXPECT_EQ(run("--replay nothing").code, 2);
   EXPECT_EQ(run("--bind elsewhere --port 0").code, 2);
   const std::string list = run("--list").out;

@@ -60,10 +60,10 @@ Address address_from(const std::string& text) {
   throw InputError("--cigi " + text + ": is no HOST:PORT");
 }
 
-void make_folder(const char* option, const std::string& folder) {
+void make_folder(const std::string& option, const std::string& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
-  if (error) throw InputError(std::string(option) + " " + folder + ": " + error.message());
+  if (error) throw InputError(option + " " + folder + ": " + error.message());
 }
 
 std::vector<std::string> with_extension(std::vector<std::string> names, const char* extension) {
@@ -87,14 +87,15 @@ RecorderOptions recorder_options(const Setting& setting, std::chrono::millisecon
 }  // namespace
 
 void prepare_outputs(const OutputOptions& options, const std::vector<std::string>& flights) {
+  const std::string& record = options.records_option;
   if (!options.records.empty()) {
-    if (!kHasRecorder) throw InputError("--record: " + lacks("RECORDER"));
-    make_folder("--record", options.records);
-    comparison::StreamedFile::check("--record", options.records, with_extension(flights, ".csv"));
+    if (!kHasRecorder) throw InputError(record + ": " + lacks("RECORDER"));
+    make_folder(record, options.records);
+    comparison::StreamedFile::check(record, options.records, with_extension(flights, ".csv"));
   }
   if (!options.animations.empty()) {
     if (!kHasGltf) throw InputError("--gltf: " + lacks("GLTF"));
-    if (options.records.empty()) throw InputError("--gltf: is written from records; give --record too");
+    if (options.records.empty()) throw InputError("--gltf: is written from records; give " + record + " too");
     make_folder("--gltf", options.animations);
     comparison::StreamedFile::check("--gltf", options.animations, with_extension(flights, ".gltf"));
   }

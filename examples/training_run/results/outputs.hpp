@@ -18,6 +18,7 @@ struct OutputOptions {
   std::string cigi{};        ///< HOST:PORT of an image generator
   /// How long the end of a record waits for who takes nothing (a pipe that nobody reads).
   std::chrono::milliseconds patience{1000};
+  std::string records_option = "--record";  ///< what the program calls the option of `records`, for errors
 };
 
 /// @param flights whose files are to come: names without extension.
