@@ -11,6 +11,7 @@
 #include <fstream>
 #include <string>
 #include <thread>
+#include <type_traits>
 #include <utility>
 
 namespace touchstone {
@@ -55,9 +56,19 @@ class ProgramTest : public FolderTest {
     return outcome;
   }
 
-  /// The outcome of a run that is sent a signal, and how long it took from then on to the end [s].
+  /// The outcome of a run that is sent a signal after a while, and how long it took from then on to the end
+  /// [s].
   std::pair<Outcome, double> run_until(const std::string& arguments, std::chrono::milliseconds delay,
                                        int signal) const {
+    const auto waits = [delay](const std::string&) {
+      std::this_thread::sleep_for(delay);
+      return true;
+    };
+    return run_until(arguments, waits, signal);
+  }
+  /// The same, as soon as `ready(what it has printed so far)`; or when it has ended, or a minute is over.
+  template <class Ready, class = std::enable_if_t<std::is_invocable_r_v<bool, Ready, std::string>>>
+  std::pair<Outcome, double> run_until(const std::string& arguments, const Ready& ready, int signal) const {
     const std::filesystem::path out = folder_ / "out", err = folder_ / "err";
     const std::string command =
         "exec " + program_ + " " + arguments + " >" + out.string() + " 2>" + err.string();
@@ -66,7 +77,14 @@ class ProgramTest : public FolderTest {
       execl("/bin/sh", "sh", "-c", command.c_str(), static_cast<char*>(nullptr));
       _exit(127);
     }
-    std::this_thread::sleep_for(delay);
+    const auto has_ended = [process] {
+      siginfo_t info{};
+      return waitid(P_PID, static_cast<id_t>(process), &info, WEXITED | WNOHANG | WNOWAIT) != 0 ||
+             info.si_pid != 0;
+    };
+    const auto patience = std::chrono::steady_clock::now() + std::chrono::minutes(1);
+    while (!ready(read(out)) && !has_ended() && std::chrono::steady_clock::now() < patience)
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
     kill(process, signal);
     const auto start = std::chrono::steady_clock::now();
     int status = 0;
