@@ -1,7 +1,12 @@
 #include <gmock/gmock.h>
 
+#include <cstdint>
+#include <functional>
+#include <limits>
 #include <nlohmann/json.hpp>
 
+#include "touchstone/examples/compare_backends/run/shards/shard_file.hpp"
+#include "touchstone/examples/program/files/sha256.hpp"
 #include "touchstone/tests/support/program_test.hpp"
 
 // Runs whose pairs are cut into shards: together they are the run that is not cut, but for times.
@@ -9,6 +14,7 @@
 namespace {
 
 namespace fs = std::filesystem;
+namespace comparison = touchstone::comparison;
 using ::testing::HasSubstr;
 using Json = nlohmann::ordered_json;
 
@@ -62,6 +68,29 @@ class Shards : public touchstone::ProgramTest {
     Json json = Json::parse(read(folder_ / folder / "results.json"));
     drop_times(json);
     return json;
+  }
+  /// A shard's file with another head.
+  std::string with_head(const std::string& file, const std::function<void(Json&)>& change) const {
+    const std::string bytes = read(file);
+    const std::size_t end = bytes.find('\n');
+    Json head = Json::parse(bytes.substr(0, end));
+    change(head);
+    return write("forged.bin", head.dump() + bytes.substr(end)).string();
+  }
+  /// A shard's file with another first and only set, under the hash that it then has.
+  std::string with_set(const std::string& file,
+                       const std::function<void(comparison::SetAnswers&)>& change) const {
+    const std::string bytes = read(file);
+    const std::size_t end = bytes.find('\n');
+    comparison::SetAnswers set = comparison::decode_set(bytes.substr(end + 1));
+    change(set);
+    return with_bytes(bytes.substr(0, end), comparison::encode_set(set));
+  }
+  std::string with_bytes(const std::string& head_line, const std::string& set) const {
+    Json head = Json::parse(head_line);
+    head["sets"][0]["bytes"] = set.size();
+    head["sets"][0]["sha256"] = comparison::sha256(set);
+    return write("forged.bin", head.dump() + "\n" + set).string();
   }
   void expect_refused(const std::string& files, const std::string& text) const {
     const Outcome merged = merge(files, "refused");
@@ -132,6 +161,51 @@ TEST_F(Shards, AChangedOrCutFileIsNamed) {
   expect_refused(first + " " + at("long.bin"), "long.bin: has more than its head says");
   write("head.bin", bytes.substr(0, 60) + "\n");
   expect_refused(first + " " + at("head.bin"), "head.bin: its head is no JSON");
+}
+
+TEST_F(Shards, AHeadThatIsWrongIsNamed) {
+  const std::string first = shard(small(), "1/2", "a"), second = shard(small(), "2/2", "a");
+  const auto expect = [&](const std::function<void(Json&)>& change, const std::string& text) {
+    expect_refused(first + " " + with_head(second, change), "forged.bin: " + text);
+  };
+  const std::string cut_off = "is cut off or changed";
+  expect([](Json& head) { head["sets"][0]["bytes"] = std::numeric_limits<std::uint64_t>::max(); }, cut_off);
+  expect([](Json& head) { head["sets"][0]["bytes"] = std::uint64_t{1} << 40; }, cut_off);
+  const std::string kind = "its head holds a value of another kind";
+  expect([](Json& head) { head["sets"][0]["bytes"] = -1; }, kind);
+  expect([](Json& head) { head["sets"] = 3; }, kind);
+  expect([](Json& head) { head["arguments"] = {1, 2}; }, kind);
+  expect([](Json& head) { head["exact"] = "yes"; }, kind);
+  for (const char* key : {"version", "layout", "shard", "arguments", "inputs", "backends", "exact", "sets"})
+    expect([&](Json& head) { head.erase(key); }, std::string("its head has no '") + key + "'");
+  expect([](Json& head) { head["layout"] = "4"; }, "is of layout 4, this is ");
+  expect([](Json& head) { head["version"] = "0.0.1"; }, "is of version 0.0.1, this is ");
+  expect([](Json& head) { head["sets"][0]["cases"] = 90; }, "its set 'touching' has ");
+  expect([](Json& head) { head["backends"].push_back("more"), head["backends"].push_back("and more"); },
+         "its set 'touching' has answers of other backends");
+}
+
+TEST_F(Shards, ASetThatIsNotItsShardsIsNamed) {
+  const std::string first = shard(small(), "1/2", "a"), second = shard(small(), "2/2", "a");
+  const auto expect = [&](const std::function<void(comparison::SetAnswers&)>& change) {
+    expect_refused(first + " " + with_set(second, change), "forged.bin: its set 'touching' has ");
+  };
+  expect([](auto& set) { set.answers[0].queries[0].status.emplace_back(); });
+  expect([](auto& set) { set.answers[0].queries[0].status.pop_back(); });
+  expect([](auto& set) { set.answers[0].queries[1].geometry.emplace_back(); });
+  expect([](auto& set) { set.answers[0].queries[2].points.resize(8); });
+  expect([](auto& set) { set.answers[0].queries[0].status[0] = static_cast<touchstone::PairStatus>(200); });
+  expect([](auto& set) { set.answers[0].queries[2].geometry[0].point_count = 9; });
+  expect([](auto& set) { set.answers[0].queries[1].single.emplace().repetitions = 33; });
+  expect([](auto& set) { set.answers.clear(); });
+  expect([](auto& set) { set.truth.emplace_back(); });
+  expect([](auto& set) { set.errors.emplace_back(); });
+
+  const std::string bytes = read(second);
+  const std::string head = bytes.substr(0, bytes.find('\n')), set = bytes.substr(head.size() + 1);
+  expect_refused(first + " " + with_bytes(head, std::string(8, '\xff')), "its set 'touching' is truncated");
+  expect_refused(first + " " + with_bytes(head, set + "more"),
+                 "its set 'touching' has more than its lists say");
 }
 
 TEST_F(Shards, CasesThatHaveChangedSinceAreNamed) {

@@ -1,6 +1,7 @@
 #include "touchstone/examples/compare_backends/run/shards/set_answers.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <iterator>
 #include <stdexcept>
@@ -132,7 +133,7 @@ std::uint8_t number_of(const char* reason) {
 }
 
 const char* reason_of(std::uint8_t number) {
-  if (number > kCostReasons.size()) throw std::runtime_error("no reason of a cost");
+  if (number > kCostReasons.size()) throw std::runtime_error("has a cost without a reason");
   return number == kCostReasons.size() ? kUnsupported : kCostReasons[number];
 }
 
@@ -162,6 +163,30 @@ void get(ByteReader& in, CaseErrors& errors) {
       cost.reason = reason_of(reason);
     }
   }
+}
+
+// ---- what a file may say
+
+void check(bool holds, const char* what) {
+  if (!holds) throw std::runtime_error(std::string("has ") + what);
+}
+
+void check_numbers(const QueryAnswers& answers) {
+  for (const PairStatus status : answers.status)
+    check(status <= PairStatus::unsupported, "a state that no answer has");
+  for (const PairGeometry& geometry : answers.geometry)
+    check(geometry.point_count >= 0 && geometry.point_count <= kMaxManifoldPoints,
+          "a manifold of more points than there are");
+  for (const auto* timing : {&answers.single, &answers.batch, &answers.raw, &answers.cached})
+    check(!*timing || (*timing)->repetitions <= kKeptRepetitions, "more repetitions than are kept");
+}
+
+/// @param cases of the part.
+void check_lists(const QueryAnswers& answers, std::size_t cases) {
+  constexpr const char* kWhat = "answers to other cases than its own";
+  check(answers.status.size() == cases, kWhat);
+  check(answers.geometry.empty() || answers.geometry.size() == cases, kWhat);
+  check(answers.points.empty() || answers.points.size() == cases * kMaxManifoldPoints, kWhat);
 }
 
 }  // namespace
@@ -219,9 +244,7 @@ std::string encode_set(const SetAnswers& set) {
 SetAnswers decode_set(std::string bytes) {
   ByteReader in(std::move(bytes));
   SetAnswers set;
-  std::size_t size = 0;
-  in.get(size);
-  for (std::size_t i = 0; i < size; ++i) {
+  for (std::size_t i = in.get_count(); i > 0; --i) {
     PairTruth& each = set.truth.emplace_back();
     in.get(each.pair_class);
     in.get(each.separation);
@@ -231,14 +254,37 @@ SetAnswers decode_set(std::string bytes) {
   std::string answers;
   in.get(answers);
   set.answers = decode_answers(std::move(answers));
-  in.get(size);
-  for (std::size_t b = 0; b < size; ++b) {
-    std::size_t cases = 0;
-    in.get(cases);
+  for (std::size_t b = in.get_count(); b > 0; --b) {
     std::vector<CaseErrors>& list = set.errors.emplace_back();
-    for (std::size_t i = 0; i < cases; ++i) get(in, list.emplace_back());
+    for (std::size_t i = in.get_count(); i > 0; --i) get(in, list.emplace_back());
   }
+  if (!in.is_done()) throw std::runtime_error("has more than its lists say");
   return set;
+}
+
+std::string set_layout() {
+  std::string layout;
+  for (const std::size_t size :
+       {sizeof(std::size_t), sizeof(PairClass), sizeof(PairStatus), sizeof(Capabilities), sizeof(Timing),
+        sizeof(Consistency), sizeof(ContactPoint::feature_id), kQueryKinds.size(), kMeasures, kAskedKinds,
+        kCostReasons.size(), std::size_t{kMaxManifoldPoints}})
+    layout += std::to_string(size) + " ";
+  return layout + (std::endian::native == std::endian::little ? "little" : "big");
+}
+
+void check_part(const SetAnswers& part, std::size_t cases, bool has_truth) {
+  constexpr const char* kWhat = "exact truth or errors of other cases than its own";
+  check(part.truth.size() == (has_truth ? cases : 0), kWhat);
+  check(part.errors.size() == (has_truth ? part.answers.size() : 0), kWhat);
+  for (const auto& list : part.errors) check(list.size() == cases, kWhat);
+  for (const PairTruth& each : part.truth)
+    check(each.pair_class <= PairClass::penetrating, "a class that no pair has");
+  for (const BackendAnswers& backend : part.answers) {
+    for (const QueryAnswers& query : backend.queries) {
+      check_lists(query, cases);
+      check_numbers(query);
+    }
+  }
 }
 
 }  // namespace touchstone::comparison

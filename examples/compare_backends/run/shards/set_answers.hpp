@@ -29,4 +29,12 @@ std::string encode_set(const SetAnswers& set);
 /// @throws std::runtime_error for what encode_set() did not write.
 SetAnswers decode_set(std::string bytes);
 
+/// Sizes of what encode_set() writes as it lies in memory: what two builds must share to read each other's.
+std::string set_layout();
+
+/// Holds what a file says against what joined_parts(), and who reads its counts, take for granted.
+/// @param cases of the part. @throws std::runtime_error for lists of other lengths, and for numbers that
+/// nothing has: of states, points, repetitions.
+void check_part(const SetAnswers& part, std::size_t cases, bool has_truth);
+
 }  // namespace touchstone::comparison

@@ -12,6 +12,8 @@ struct Shard {
   /// As --shard takes it: "3/8".
   std::string text() const { return std::to_string(k) + "/" + std::to_string(n); }
   bool operator==(const Shard&) const = default;
+  /// Of a set's cases those that it has.
+  std::size_t cases_of(std::size_t cases) const { return cases < k ? 0 : (cases - k) / n + 1; }
 };
 
 /// More shards than a run is cut into.

@@ -83,6 +83,41 @@ std::string bytes_at(const std::string& path, std::size_t begin, std::size_t siz
   return bytes;
 }
 
+/// Of an entry of the head's sets; as long as the shard says.
+SetAnswers read_set(const std::string& path, const Json& head, Shard shard, const Json& set,
+                    std::string bytes) {
+  const auto name = set.at("name").get<std::string>();
+  try {
+    SetAnswers part = decode_set(std::move(bytes));
+    check_part(part, shard.cases_of(set.at("cases")), head.at("exact"));
+    // A pair file's own answers stand behind those of the backends.
+    const std::size_t backends = head.at("backends").size();
+    if (part.answers.size() != backends && part.answers.size() != backends + 1)
+      throw std::runtime_error("has answers of other backends than its head");
+    return part;
+  } catch (const std::runtime_error& wrong) {
+    refuse(path, "its set '" + name + "' " + wrong.what());
+  }
+}
+
+/// Reads each value of the head once, as what it must be.
+/// @throws nlohmann::json::exception for the first that is not.
+void check_kinds(const Json& head) {
+  for (const char* what : {"version", "layout"}) head.at(what).get_ref<const std::string&>();
+  head.at("arguments").get<std::vector<std::string>>();
+  head.at("inputs").get_ref<const Json::object_t&>();
+  head.at("backends").get_ref<const Json::array_t&>();
+  head.at("exact").get_ref<const bool&>();
+  head.at("engine_messages").get_ref<const Json::number_unsigned_t&>();
+  for (const std::size_t i : {0u, 1u}) head.at("shard").at(i).get_ref<const Json::number_unsigned_t&>();
+  for (const Json& set : head.at("sets").get_ref<const Json::array_t&>()) {
+    set.at("name").get_ref<const std::string&>();
+    set.at("sha256").get_ref<const std::string&>();
+    set.at("cases").get_ref<const Json::number_unsigned_t&>();
+    set.at("bytes").get_ref<const Json::number_unsigned_t&>();
+  }
+}
+
 }  // namespace
 
 std::string shard_name(Shard shard) { return fmt::format("shard_{}_of_{}.bin", shard.k, shard.n); }
@@ -107,6 +142,7 @@ void ShardWriter::add(const std::string& set, std::size_t cases, const SetAnswer
 fs::path ShardWriter::finish(const Report& report) {
   Json head = {{"schema", kShardSchema},
                {"version", report.machine.version},
+               {"layout", set_layout()},
                {"shard", {shard_.k, shard_.n}},
                {"arguments", arguments_},
                {"inputs", inputs_of(report.options)},
@@ -138,24 +174,44 @@ ShardAnswers::File ShardAnswers::read_head(const std::string& path) {
   if (line.find(kShardSchema) == std::string::npos)
     refuse(path, "is no shard of a run (compare_backends --shard)");
   File file{path, {}, {}, line.size() + 1};
-  std::size_t at = file.sets_begin;
   try {
     file.head = Json::parse(line);
+    check_kinds(file.head);
     file.shard = {file.head.at("shard").at(0), file.head.at("shard").at(1)};
-    for (const Json& set : file.head.at("sets")) {
-      const std::size_t size = set.at("bytes");
-      if (at + size > fs::file_size(path) || sha256(bytes_at(path, at, size)) != set.at("sha256"))
-        refuse(path, "is cut off or changed: the set '" + set.at("name").get<std::string>() +
-                         "' has not the SHA-256 of its head");
-      at += size;
-    }
   } catch (const nlohmann::json::exception& wrong) {
     refuse(path, "its head " + reason_of(wrong));
   }
   if (file.shard.k < 1 || file.shard.k > file.shard.n || file.shard.n > kMostShards)
     refuse(path, "is of no shard: " + file.shard.text());
-  if (at != fs::file_size(path)) refuse(path, "has more than its head says");
+  check_build(file);
+  check_sets(file);
   return file;
+}
+
+void ShardAnswers::check_build(const File& file) {
+  const auto hold = [&](const char* what, const std::string& here) {
+    const std::string there = file.head.at(what);
+    if (there != here) refuse(file.path, fmt::format("is of {} {}, this is {}", what, there, here));
+  };
+  hold("version", touchstone_version());
+  hold("layout", set_layout());
+}
+
+void ShardAnswers::check_sets(const File& file) {
+  std::error_code error;
+  const std::uintmax_t file_size = fs::file_size(file.path, error);
+  if (error) refuse(file.path, "cannot be read");
+  std::size_t at = file.sets_begin;
+  for (const Json& set : file.head.at("sets")) {
+    const std::size_t size = set.at("bytes");
+    const std::string bytes = at > file_size || size > file_size - at ? "" : bytes_at(file.path, at, size);
+    if (bytes.size() != size || sha256(bytes) != set.at("sha256"))
+      refuse(file.path, "is cut off or changed: the set '" + set.at("name").get<std::string>() +
+                            "' has not the SHA-256 of its head");
+    read_set(file.path, file.head, file.shard, set, bytes);
+    at += size;
+  }
+  if (at != file_size) refuse(file.path, "has more than its head says");
 }
 
 ShardAnswers::ShardAnswers(const std::vector<std::string>& files) {
@@ -169,11 +225,7 @@ ShardAnswers::ShardAnswers(const std::vector<std::string>& files) {
 
 void ShardAnswers::check_same_run() const {
   const File& first = files_.front();
-  const std::string version = describe_machine().version;
   for (const File& file : files_) {
-    if (file.head.at("version") != version)
-      refuse(file.path,
-             "is of version " + file.head.at("version").get<std::string>() + ", this is " + version);
     for (const char* what : {"arguments", "inputs", "backends", "exact"})
       if (file.head.at(what) != first.head.at(what))
         refuse(file.path, fmt::format("is of another run than {}: its {} have {}", first.path, what,
@@ -241,7 +293,9 @@ SetAnswers ShardAnswers::of(const PairSet& set) const {
       const std::size_t size = each.at("bytes");
       if (each.at("name") == set.name) {
         if (each.at("cases") != set.pairs.size()) refuse(file.path, "has other cases of '" + set.name + "'");
-        parts.push_back(decode_set(bytes_at(file.path, at, size)));
+        parts.push_back(read_set(file.path, file.head, file.shard, each, bytes_at(file.path, at, size)));
+        if (parts.back().answers.size() != parts.front().answers.size())
+          refuse(file.path, "has answers of other backends than " + files_.front().path);
         break;
       }
       at += size;

@@ -12,7 +12,7 @@
 namespace touchstone::comparison {
 
 /// A shard's file: a line of JSON that says what it is of, then its sets as bytes, in that order. It is read
-/// by the version that wrote it, on machines of one byte order.
+/// by the version that wrote it, built so that its structs lie alike in memory, set_layout().
 inline constexpr const char* kShardSchema = "touchstone.compare_backends.shard/1";
 
 /// "shard_3_of_8.bin".
@@ -43,10 +43,10 @@ class ShardWriter {
 /// All shards of one run, in place of what it would measure.
 class ShardAnswers {
  public:
-  /// Reads and holds against each other the heads of all files, and their sets against their hashes. The same
+  /// Reads and holds against each other the heads of all files, and their sets against these. The same
   /// file twice counts once.
-  /// @throws InputError naming the file: unreadable, no shard, changed, of another version or run, or a part
-  /// that another one has; naming the shards that are missing.
+  /// @throws InputError naming the file: unreadable, no shard, changed, of another version, build or run, or
+  /// a part that another one has; naming the shards that are missing.
   explicit ShardAnswers(const std::vector<std::string>& files);
 
   /// Of the run, as a user gave them.
@@ -66,6 +66,8 @@ class ShardAnswers {
     std::size_t sets_begin;  ///< in the file
   };
   static File read_head(const std::string& path);
+  static void check_build(const File& file);
+  static void check_sets(const File& file);
   void check_same_run() const;
   void drop_repeated();
   void check_whole() const;

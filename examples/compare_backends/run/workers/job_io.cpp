@@ -87,10 +87,7 @@ void put_each(ByteWriter& out, const std::vector<T>& items) {
 
 template <typename T>
 void get_each(ByteReader& in, std::vector<T>& items) {
-  std::size_t size = 0;
-  in.get(size);
-  items.resize(size);
-  for (T& item : items) get(in, item);
+  for (std::size_t i = in.get_count(); i > 0; --i) get(in, items.emplace_back());
 }
 
 template <typename T>
@@ -150,9 +147,7 @@ Job decode_job(std::string bytes) {
   in.get_list(job.backends);
   in.get(job.options);
   in.get(job.set.name);
-  std::size_t solids = 0;
-  in.get(solids);
-  for (std::size_t i = 0; i < solids; ++i) job.set.solids.push_back(get_solid(in));
+  for (std::size_t i = in.get_count(); i > 0; --i) job.set.solids.push_back(get_solid(in));
   in.get_list(job.set.pairs);
   get_each(in, job.set.poses);
   in.get_list(job.set.exact_separations);
@@ -177,10 +172,9 @@ std::string encode_answers(const std::vector<BackendAnswers>& answers) {
 
 std::vector<BackendAnswers> decode_answers(std::string bytes) {
   ByteReader in(std::move(bytes));
-  std::size_t count = 0;
-  in.get(count);
-  std::vector<BackendAnswers> answers(count);
-  for (BackendAnswers& backend : answers) {
+  std::vector<BackendAnswers> answers;
+  for (std::size_t i = in.get_count(); i > 0; --i) {
+    BackendAnswers& backend = answers.emplace_back();
     in.get(backend.name);
     in.get(backend.description);
     in.get(backend.capabilities);

@@ -49,16 +49,20 @@ class ByteReader {
   }
   template <typename T>
   void get_list(std::vector<T>& items) {
-    std::size_t size = 0;
-    get(size);
-    if (size > bytes_.size()) throw std::runtime_error("truncated");
-    items.resize(size);
-    for (T& item : items) get(item);
+    for (std::size_t i = get_count(); i > 0; --i) get(items.emplace_back());
   }
+  /// Of items that follow, each of which takes a byte at least.
+  std::size_t get_count() {
+    std::size_t count = 0;
+    get(count);
+    if (count > bytes_.size() - at_) throw std::runtime_error("is truncated");
+    return count;
+  }
+  bool is_done() const { return at_ == bytes_.size(); }
 
  private:
   const char* take(std::size_t size) {
-    if (size > bytes_.size() - at_) throw std::runtime_error("truncated");
+    if (size > bytes_.size() - at_) throw std::runtime_error("is truncated");
     at_ += size;
     return bytes_.data() + at_ - size;
   }
