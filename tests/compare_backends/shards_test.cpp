@@ -5,6 +5,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/compare_backends/run/shards/shard_file.hpp"
 #include "touchstone/examples/program/files/sha256.hpp"
 #include "touchstone/tests/support/program_test.hpp"
@@ -227,6 +228,30 @@ TEST_F(Shards, NothingOfSomebodyElseIsWrittenOver) {
   shard(small(), "2/2", "a");
   shard(small(), "2/2", "a");  // run again
   EXPECT_EQ(std::distance(fs::directory_iterator(at("a")), {}), 2);
+}
+
+TEST_F(Shards, AFolderThatCannotBeIsNamedBeforeAnythingIsMeasured) {
+  write("file", "mine");
+  for (const char* folder : {"file", "file/below"}) {
+    EXPECT_THROW(comparison::ShardWriter(at(folder), {1, 2}, {}), touchstone::InputError);
+    const Outcome over = run(small() + " --shard 1/2 --output " + at(folder));
+    EXPECT_EQ(over.code, 2);
+    EXPECT_THAT(over.err, HasSubstr("shard_1_of_2.bin: cannot be written"));
+  }
+  EXPECT_EQ(read(at("file")), "mine");
+  comparison::ShardWriter(at("made"), {1, 2}, {});
+  EXPECT_TRUE(fs::is_empty(at("made")));
+}
+
+TEST_F(Shards, WhatIsPutThereMeanwhileStays) {
+  comparison::ShardWriter writer(at("a"), {1, 2}, {});
+  write("a/shard_1_of_2.bin", "mine");
+  EXPECT_THROW(writer.finish({}), std::runtime_error);
+  EXPECT_EQ(read(at("a/shard_1_of_2.bin")), "mine");
+  EXPECT_EQ(std::distance(fs::directory_iterator(at("a")), {}), 2);  // the shard's, under another name
+  fs::remove(at("a/shard_1_of_2.bin"));
+  EXPECT_EQ(writer.finish({}), at("a/shard_1_of_2.bin"));
+  EXPECT_EQ(std::distance(fs::directory_iterator(at("a")), {}), 1);
 }
 
 TEST_F(Shards, WhatIsNoShardIsRefused) {

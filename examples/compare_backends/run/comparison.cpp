@@ -433,10 +433,10 @@ Report run_comparison(const Options& options, const Backends& backends, const Or
 
 std::filesystem::path run_shard(const Options& options, const Backends& backends, const Oracle* oracle,
                                 ProgressLine& progress) {
-  ShardWriter out(options.output, *options.shard, options.shared_arguments);
   const OnPart no_report;
   Session session(options, backends, oracle, progress, no_report);
   Inputs in = read_inputs(options, backends, oracle, session);
+  ShardWriter out(options.output, *options.shard, options.shared_arguments);
   const EngineLog log;
   std::vector<std::string> sets = session.set_names(in.report.corpus);
   sets.resize(sets.size() - options.scenes.size());  // they come last, and are measured by the merge

@@ -37,6 +37,13 @@ bool is_shard_file(const fs::path& path) {
   return first_line(path.string()).find(kShardSchema) != std::string::npos;
 }
 
+/// Something stands there that is no shard's file.
+bool is_taken(const fs::path& path) {
+  std::error_code error;
+  return fs::exists(fs::symlink_status(path, error)) &&
+         !(fs::is_regular_file(path, error) && is_shard_file(path));
+}
+
 /// What a run reads beside the families, each by its option and with its SHA-256.
 Json inputs_of(const Options& options) {
   Json inputs = Json::object();
@@ -126,11 +133,16 @@ std::string shard_name(Shard shard) { return fmt::format("shard_{}_of_{}.bin", s
 
 ShardWriter::ShardWriter(fs::path folder, Shard shard, std::vector<std::string> arguments)
     : file_(std::move(folder) / shard_name(shard)), shard_(shard), arguments_(std::move(arguments)) {
-  std::error_code error;
-  if (fs::exists(fs::symlink_status(file_, error)) &&
-      !(fs::is_regular_file(file_, error) && is_shard_file(file_)))
+  if (is_taken(file_))
     throw InputError("--output: " + file_.string() +
                      ": is there, and no shard of a run: name another folder");
+  std::error_code error;
+  if (file_.has_parent_path()) fs::create_directories(file_.parent_path(), error);
+  partial_ = file_.string() + fmt::format(".{}.part", getpid());
+  const bool can_write = std::ofstream(partial_, std::ios::binary).is_open();
+  fs::remove(partial_, error);
+  if (!can_write)
+    throw InputError("--output: " + file_.string() + ": cannot be written: name a folder that can be");
 }
 
 void ShardWriter::add(const std::string& set, std::size_t cases, const SetAnswers& part) {
@@ -151,14 +163,17 @@ fs::path ShardWriter::finish(const Report& report) {
                {"engine_messages", report.engine_messages},
                {"sets", sets_}};
   std::error_code error;
-  if (file_.has_parent_path()) fs::create_directories(file_.parent_path(), error);
-  const fs::path partial = file_.string() + fmt::format(".{}.part", getpid());
-  std::ofstream stream(partial, std::ios::binary);
+  std::ofstream stream(partial_, std::ios::binary);
   stream << one_line(head) << '\n' << bytes_;
   stream.close();
-  if (stream) fs::rename(partial, file_, error);
+  // What was measured is not lost for it.
+  if (stream && is_taken(file_))
+    throw std::runtime_error(file_.string() +
+                             ": was put there meanwhile, and is no shard of a run: this one is " +
+                             partial_.string());
+  if (stream) fs::rename(partial_, file_, error);
   if (!stream || error) {
-    fs::remove(partial, error);
+    fs::remove(partial_, error);
     throw std::runtime_error(file_.string() +
                              " cannot be written: is the folder there, and the disk not full?");
   }

@@ -22,18 +22,21 @@ std::string shard_name(Shard shard);
 class ShardWriter {
  public:
   /// @param arguments of the run, without --shard and --output.
-  /// @throws InputError where something else stands at the file's name in the folder.
+  /// Makes the folder where it is missing.
+  /// @throws InputError where something else stands at the file's name in the folder, or nothing can be
+  /// written there.
   ShardWriter(std::filesystem::path folder, Shard shard, std::vector<std::string> arguments);
 
   /// @param cases of the whole set.
   void add(const std::string& set, std::size_t cases, const SetAnswers& part);
-  /// The file appears whole or not at all; the folder is made where it is missing. A shard that was there is
-  /// run again. @param report what the run is of: options, backends, gaps.
-  /// @return its path. @throws std::runtime_error when it cannot be written.
+  /// The file appears whole or not at all. A shard that was there is run again. @param report what the run is
+  /// of: options, backends, gaps.
+  /// @return its path. @throws std::runtime_error when it cannot be written; where something else was put
+  /// there meanwhile naming the file that has the shard.
   std::filesystem::path finish(const Report& report);
 
  private:
-  std::filesystem::path file_;
+  std::filesystem::path file_, partial_;
   Shard shard_;
   std::vector<std::string> arguments_;
   Json sets_ = Json::array();
