@@ -181,9 +181,29 @@ TEST_F(Shards, AHeadThatIsWrongIsNamed) {
     expect([&](Json& head) { head.erase(key); }, std::string("its head has no '") + key + "'");
   expect([](Json& head) { head["layout"] = "4"; }, "is of layout 4, this is ");
   expect([](Json& head) { head["version"] = "0.0.1"; }, "is of version 0.0.1, this is ");
+  expect([](Json& head) { head["machine"]["build_type"] = "Slow"; }, "is of build type Slow, this is ");
+  expect([](Json& head) { head["machine"]["flags"] = "-O0"; }, "is of flags -O0, this is ");
+  expect([](Json& head) { head["machine"].erase("cpu"); }, "its head has no 'cpu'");
   expect([](Json& head) { head["sets"][0]["cases"] = 90; }, "its set 'touching' has ");
   expect([](Json& head) { head["backends"].push_back("more"), head["backends"].push_back("and more"); },
          "its set 'touching' has answers of other backends");
+}
+
+TEST_F(Shards, OtherMachinesAreNamed) {
+  const std::string first = shard(small(), "1/2", "a"), second = shard(small(), "2/2", "a");
+  const Outcome merged =
+      merge(first + " " + with_head(second, [](Json& head) { head["machine"]["cpu"] = "abacus <2>"; }));
+  ASSERT_EQ(merged.code, 0) << merged.err;
+  const Json json = Json::parse(read(folder_ / "merged/results.json"));
+  const Json& elsewhere = json.at("shards_elsewhere");
+  ASSERT_EQ(elsewhere.size(), 1u);
+  EXPECT_EQ(elsewhere[0].at("k"), 2);
+  EXPECT_EQ(elsewhere[0].at("n"), 2);
+  EXPECT_EQ(elsewhere[0].at("cpu"), "abacus <2>");
+  const std::string page = read(folder_ / "merged/report.html");
+  EXPECT_THAT(page,
+              HasSubstr("1 of the 2 shards of the pairs was measured on another machine: abacus &lt;2&gt;,"));
+  EXPECT_THAT(page, HasSubstr("1 of 2 shards on other machines"));
 }
 
 TEST_F(Shards, ASetThatIsNotItsShardsIsNamed) {

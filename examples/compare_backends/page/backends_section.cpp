@@ -15,11 +15,15 @@ std::string backends_section(const Page& page) {
   }
   return html +
          fmt::format(
-             "</p>\n<p class='soft'>On {} ({}), {}; {}, {}. Seed {}. Made by:</p>\n<pre id='command'>{}"
+             "</p>\n<p class='soft'>On {} ({}), {}; {}, {}{}. Seed {}. Made by:</p>\n<pre id='command'>{}"
              "</pre>\n",
              xml_text(machine.cpu), xml_text(machine.instruction_set), xml_text(machine.system),
-             xml_text(machine.compiler), xml_text(machine.build_type), report.options.seed,
-             xml_text(report.options.command_line));
+             xml_text(machine.compiler), xml_text(machine.build_type),
+             report.elsewhere.empty()
+                 ? ""
+                 : fmt::format("; {} of {} shards on other machines (see Method)", report.elsewhere.size(),
+                               report.elsewhere.front().shard.n),
+             report.options.seed, xml_text(report.options.command_line));
 }
 
 }  // namespace touchstone::comparison

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <map>
+
 #include "touchstone/examples/compare_backends/page/sections.hpp"
 #include "touchstone/examples/compare_backends/results/method_text.hpp"
 #include "touchstone/examples/compare_backends/results/schema_text.hpp"
@@ -21,6 +23,19 @@ std::string machine(const Machine& of) {
       "{}; the engines' stand with the backends</dd></dl>\n",
       xml_text(of.cpu), xml_text(of.instruction_set), of.hardware_threads, xml_text(of.system),
       xml_text(of.compiler), xml_text(of.build_type), xml_text(of.flags), xml_text(of.version), libraries);
+}
+
+/// Other machines that measured shards, each once, and how many.
+std::string elsewhere(const Report& report) {
+  std::map<std::string, std::size_t> shards;
+  for (const ShardMachine& each : report.elsewhere)
+    ++shards[fmt::format("{}, instruction set {}, {}", each.cpu, each.instruction_set, each.compiler)];
+  std::string html;
+  for (const auto& [machine, count] : shards)
+    html +=
+        fmt::format("<p>{} of the {} shards of the pairs {} measured on another machine: {}.</p>\n", count,
+                    report.elsewhere.front().shard.n, count == 1 ? "was" : "were", xml_text(machine));
+  return html;
 }
 
 std::string errors() {
@@ -94,7 +109,7 @@ std::string schema() {
 }  // namespace
 
 std::string method_section(const Page& page) {
-  std::string html = "<h2>Method</h2>\n" + machine(page.report.machine) + errors() +
+  std::string html = "<h2>Method</h2>\n" + machine(page.report.machine) + elsewhere(page.report) + errors() +
                      times(page.report.options) + backends(page) + "<h3>Known limits</h3><ul>";
   for (const std::string_view limit : kKnownLimits) html += "<li>" + xml_text(std::string(limit)) + "</li>\n";
   return html + "</ul>\n" + schema() +

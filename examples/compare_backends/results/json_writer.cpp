@@ -37,6 +37,13 @@ void add_run(const Report& report, Json& root) {
                      {"compiler", report.machine.compiler},
                      {"build_type", report.machine.build_type},
                      {"flags", report.machine.flags}};
+  // Of a merge, whose pairs other machines measured.
+  for (const ShardMachine& each : report.elsewhere)
+    root["shards_elsewhere"].push_back({{"k", each.shard.k},
+                                        {"n", each.shard.n},
+                                        {"cpu", each.cpu},
+                                        {"instruction_set", each.instruction_set},
+                                        {"compiler", each.compiler}});
   for (const auto& [name, version] : report.machine.libraries) root["libraries"][name] = version;
 }
 

@@ -415,7 +415,10 @@ Report run_comparison(const Options& options, const Backends& backends, const Or
   Session session(options, backends, oracle, progress, on_part, shards);
   Inputs in = read_inputs(options, backends, oracle, session);
   Report& report = in.report;
-  if (shards != nullptr) shards->check(report);
+  if (shards != nullptr) {
+    shards->check(report);
+    report.elsewhere = shards->elsewhere(report.machine);
+  }
   // The parts, in order; each takes its name off the list.
   report.not_measured = session.parts(report.corpus, in.cases.has_value());
   progress.plan(planned(report.not_measured, in.cases_of, static_cast<double>(options.pair_count())));

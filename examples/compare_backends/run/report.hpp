@@ -13,6 +13,7 @@
 #include "touchstone/examples/compare_backends/run/sets/corpus.hpp"
 #include "touchstone/examples/compare_backends/run/sets/options.hpp"
 #include "touchstone/examples/compare_backends/run/sets/pair_file_run.hpp"
+#include "touchstone/examples/compare_backends/run/shards/shard.hpp"
 #include "touchstone/examples/measures/runs/broadphase_run.hpp"
 #include "touchstone/examples/measures/runs/thread_run.hpp"
 #include "touchstone/examples/program/terminal/machine.hpp"
@@ -25,9 +26,16 @@ struct Gap {
   std::string why;
 };
 
+/// Where a shard of a merge was measured.
+struct ShardMachine {
+  Shard shard;
+  std::string cpu, instruction_set, compiler;
+};
+
 /// Everything one run found out; every output file is written from this alone.
 struct Report {
   Machine machine;
+  std::vector<ShardMachine> elsewhere;  ///< of a merge: the shards of other machines than `machine`
   Options options;
   std::vector<std::pair<std::string, std::string>> backends;  ///< name and description with version
   std::vector<Gap> gaps;

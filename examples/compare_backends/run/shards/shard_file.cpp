@@ -111,6 +111,8 @@ SetAnswers read_set(const std::string& path, const Json& head, Shard shard, cons
 /// @throws nlohmann::json::exception for the first that is not.
 void check_kinds(const Json& head) {
   for (const char* what : {"version", "layout"}) head.at(what).get_ref<const std::string&>();
+  for (const char* what : {"cpu", "instruction_set", "compiler", "build_type", "flags"})
+    head.at("machine").at(what).get_ref<const std::string&>();
   head.at("arguments").get<std::vector<std::string>>();
   head.at("inputs").get_ref<const Json::object_t&>();
   head.at("backends").get_ref<const Json::array_t&>();
@@ -155,6 +157,7 @@ fs::path ShardWriter::finish(const Report& report) {
   Json head = {{"schema", kShardSchema},
                {"version", report.machine.version},
                {"layout", set_layout()},
+               {"machine", json(report.machine)},
                {"shard", {shard_.k, shard_.n}},
                {"arguments", arguments_},
                {"inputs", inputs_of(report.options)},
@@ -204,12 +207,15 @@ ShardAnswers::File ShardAnswers::read_head(const std::string& path) {
 }
 
 void ShardAnswers::check_build(const File& file) {
-  const auto hold = [&](const char* what, const std::string& here) {
-    const std::string there = file.head.at(what);
-    if (there != here) refuse(file.path, fmt::format("is of {} {}, this is {}", what, there, here));
+  const auto hold = [&](const Json& in, const char* what, const char* named, const std::string& here) {
+    const std::string there = in.at(what);
+    if (there != here) refuse(file.path, fmt::format("is of {} {}, this is {}", named, there, here));
   };
-  hold("version", touchstone_version());
-  hold("layout", set_layout());
+  const Machine here = describe_machine();
+  hold(file.head, "version", "version", here.version);
+  hold(file.head, "layout", "layout", set_layout());
+  hold(file.head.at("machine"), "build_type", "build type", here.build_type);
+  hold(file.head.at("machine"), "flags", "flags", here.flags);
 }
 
 void ShardAnswers::check_sets(const File& file) {
@@ -298,6 +304,17 @@ std::size_t ShardAnswers::engine_messages() const {
   std::size_t lines = 0;
   for (const File& file : files_) lines += file.head.at("engine_messages").get<std::size_t>();
   return lines;
+}
+
+std::vector<ShardMachine> ShardAnswers::elsewhere(const Machine& here) const {
+  std::vector<ShardMachine> shards;
+  for (const File& file : files_) {
+    const Json& machine = file.head.at("machine");
+    ShardMachine of{file.shard, machine.at("cpu"), machine.at("instruction_set"), machine.at("compiler")};
+    if (of.cpu != here.cpu || of.instruction_set != here.instruction_set || of.compiler != here.compiler)
+      shards.push_back(std::move(of));
+  }
+  return shards;
 }
 
 SetAnswers ShardAnswers::of(const PairSet& set) const {

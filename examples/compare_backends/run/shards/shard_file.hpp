@@ -48,8 +48,8 @@ class ShardAnswers {
  public:
   /// Reads and holds against each other the heads of all files, and their sets against these. The same
   /// file twice counts once.
-  /// @throws InputError naming the file: unreadable, no shard, changed, of another version, build or run, or
-  /// a part that another one has; naming the shards that are missing.
+  /// @throws InputError naming the file: unreadable, no shard, changed, of another version, build (type,
+  /// flags) or run, or a part that another one has; naming the shards that are missing.
   explicit ShardAnswers(const std::vector<std::string>& files);
 
   /// Of the run, as a user gave them.
@@ -58,6 +58,8 @@ class ShardAnswers {
   /// @throws InputError naming the first that differs.
   void check(const Report& report) const;
   std::size_t engine_messages() const;
+  /// Those that another machine measured than `here`, by their order.
+  std::vector<ShardMachine> elsewhere(const Machine& here) const;
   /// @throws InputError where the shards know no set of that name, or one of other size.
   SetAnswers of(const PairSet& set) const;
 
