@@ -16,7 +16,9 @@ inline constexpr SchemaEntry kJsonSchema[] = {
     {"root", "schema command seed version", "name and number of this format; how it was made"},
     {"root", "partial not_measured",
      "true: the run ended early; the sets, scenes and parts that are missing then"},
-    {"root", "engine_messages", "lines that engines wrote by themselves, kept in engines.log"},
+    {"root", "engine_messages",
+     "lines that engines wrote by themselves, kept in engines.log; a merge counts those of the shards, too, "
+     "which the shards printed"},
     {"root", "corpus", "with --corpus: what was asked; sha256 of its manifest"},
     {"corpus", "name sha256", "as its manifest says; of that file"},
     {"root", "machine", "cpu, instruction_set, hardware_threads, system, compiler, build_type, flags"},

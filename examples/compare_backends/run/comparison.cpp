@@ -447,6 +447,7 @@ std::filesystem::path run_shard(const Options& options, const Backends& backends
   session.run_parts(in.report, in.cases, out);
   in.report.engine_messages = engine_log_lines();
   progress.finish();
+  say(log.text());  // the file has their number alone
   return out.finish(in.report);
 }
 

@@ -38,7 +38,8 @@ Report run_comparison(const Options& options, const Backends& backends, const Or
                       ProgressLine& progress, const OnPart& on_part = {},
                       const ShardAnswers* shards = nullptr);
 
-/// Measures options.shard of every set of pairs, and writes its file into options.output.
+/// Measures options.shard of every set of pairs, and writes its file into options.output. Says what engines
+/// printed meanwhile.
 /// @return the file's path. @throws as run_comparison(), and as ShardWriter.
 std::filesystem::path run_shard(const Options& options, const Backends& backends, const Oracle* oracle,
                                 ProgressLine& progress);

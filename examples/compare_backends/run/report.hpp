@@ -41,7 +41,8 @@ struct Report {
   std::vector<Gap> gaps;
   /// Sets, scenes and parts that a run which ended early did not come to; empty: a complete one.
   std::vector<std::string> not_measured;
-  std::size_t engine_messages = 0;  ///< lines that engines wrote by themselves, to engines.log
+  /// Lines that engines wrote by themselves, to engines.log; in shards to standard error.
+  std::size_t engine_messages = 0;
   bool has_truth = false;
   std::optional<Corpus> corpus;             ///< of --corpus
   std::vector<SetResult> sets;              ///< families, the corpus's, then the pair file
