@@ -138,6 +138,17 @@ TEST_F(Bench, PairsOfRunsAreCapturedTheSameEachTime) {
   EXPECT_THAT(bad.err, HasSubstr("plan.json"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "none.json"));
 }
+
+TEST_F(Bench, WhatCannotBeCapturedIsNamedBeforeTheRuns) {
+  // Neither scene is there: that would be said first by a run.
+  const Outcome twice =
+      run(CAPTURE_PAIRS " " + at("pairs.json") + " --most 5 --scene a/one.yaml --dynamics b/one.yaml");
+  EXPECT_EQ(twice.code, 2);
+  EXPECT_THAT(twice.err, HasSubstr("b/one.yaml: has the name of a/one.yaml"));
+  const Outcome nowhere = run(CAPTURE_PAIRS " " + at("no/pairs.json") + " --most 5 --scene a/one.yaml");
+  EXPECT_EQ(nowhere.code, 2);
+  EXPECT_THAT(nowhere.err, HasSubstr("no/pairs.json: there is no folder"));
+}
 #endif
 
 // ---- the site

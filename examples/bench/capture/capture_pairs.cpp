@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <map>
 
 #include "touchstone/adapters/scene_files/dynamics_file.hpp"
 #include "touchstone/adapters/scene_files/pair_capture.hpp"
@@ -82,6 +83,22 @@ void step_dynamics(const fs::path& file, Capture& capture) {
   });
 }
 
+void check_free(const fs::path& output) {
+  if (fs::exists(fs::symlink_status(output)))
+    throw InputError(output.string() + ": is there; move it away or name another file");
+}
+
+/// Ids begin with the file's stem.
+void check_stems(const std::vector<std::string>& files) {
+  std::map<std::string, std::string> seen;
+  for (const std::string& file : files) {
+    const auto [before, is_new] = seen.emplace(fs::path(file).stem().string(), file);
+    if (!is_new)
+      throw InputError(file + ": has the name of " + before->second +
+                       ", and its pairs would have the same ids");
+  }
+}
+
 int run(int argc, const char* const* argv) {
   CLI::App app{"Runs scenes, scripts and dynamics, and writes the pairs that were asked about."};
   std::string output;
@@ -95,12 +112,18 @@ int run(int argc, const char* const* argv) {
       ->check(CLI::Range(1, 1000000))
       ->required();
   if (!comparison::parse_command_line(app, argc, argv)) return 0;
-  if (fs::exists(fs::symlink_status(output)))
-    throw InputError(output + ": is there; move it away or name another file");
+  check_free(output);
+  const fs::path folder = fs::absolute(output).parent_path();
+  if (!fs::is_directory(folder)) throw InputError(output + ": there is no folder " + folder.string());
+  std::vector<std::string> files = scenes;
+  files.insert(files.end(), scripts.begin(), scripts.end());
+  files.insert(files.end(), dynamics.begin(), dynamics.end());
+  check_stems(files);
   for (const std::string& file : scenes) fly_scene(file, capture);
   for (const std::string& file : scripts) fly_script(file, capture);
   for (const std::string& file : dynamics) step_dynamics(file, capture);
   if (capture.cases.empty()) throw InputError("capture_pairs: no pair was asked about");
+  check_free(output);  // the runs take a while
   save_pairs(output, capture.cases);
   print_now(fmt::format("{}: {} pairs\n", output, capture.cases.size()));
   return 0;
