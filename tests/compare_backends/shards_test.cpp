@@ -214,9 +214,8 @@ TEST_F(Shards, ASetThatIsNotItsShardsIsNamed) {
   expect([](auto& set) { set.answers[0].queries[0].status.emplace_back(); });
   expect([](auto& set) { set.answers[0].queries[0].status.pop_back(); });
   expect([](auto& set) { set.answers[0].queries[1].geometry.emplace_back(); });
+  expect([](auto& set) { set.answers[0].queries[1].geometry.clear(); });
   expect([](auto& set) { set.answers[0].queries[2].points.resize(8); });
-  expect([](auto& set) { set.answers[0].queries[0].status[0] = static_cast<touchstone::PairStatus>(200); });
-  expect([](auto& set) { set.answers[0].queries[2].geometry[0].point_count = 9; });
   expect([](auto& set) { set.answers[0].queries[1].single.emplace().repetitions = 33; });
   expect([](auto& set) { set.answers.clear(); });
   expect([](auto& set) { set.truth.emplace_back(); });
@@ -227,6 +226,12 @@ TEST_F(Shards, ASetThatIsNotItsShardsIsNamed) {
   expect_refused(first + " " + with_bytes(head, std::string(8, '\xff')), "its set 'touching' is truncated");
   expect_refused(first + " " + with_bytes(head, set + "more"),
                  "its set 'touching' has more than its lists say");
+
+  const std::string what = "--pairs " + at("pairs.json") + " --repetitions 1 --backend native";
+  const auto without_points = [](auto& pairs) { pairs.answers[0].queries[2].points.clear(); };
+  const Outcome merged = merge(with_set(shard(what, "1/1", "pairs"), without_points));
+  EXPECT_EQ(merged.code, 2);
+  EXPECT_THAT(merged.err, HasSubstr("forged.bin: has no contact points of 'pairs'"));
 }
 
 TEST_F(Shards, CasesThatHaveChangedSinceAreNamed) {

@@ -236,7 +236,7 @@ class Session {
     SetResult result;
     if (shards_ != nullptr) {
       progress_.step(set.name + ": from its shards");
-      found = shards_->of(set);
+      found = shards_->of(set, keep != nullptr);
       if (check && oracle_ != nullptr) check(found.truth);
       result = sum_up(set, found.truth, found.answers, found.errors);
     } else {

@@ -34,7 +34,7 @@ std::string set_layout();
 
 /// Holds what a file says against what joined_parts(), and who reads its counts, take for granted.
 /// @param cases of the part. @throws std::runtime_error for lists of other lengths, and for numbers that
-/// nothing has: of states, points, repetitions.
+/// this program does not write: of repetitions, a pair's class.
 void check_part(const SetAnswers& part, std::size_t cases, bool has_truth);
 
 }  // namespace touchstone::comparison

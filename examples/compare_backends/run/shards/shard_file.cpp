@@ -317,7 +317,7 @@ std::vector<ShardMachine> ShardAnswers::elsewhere(const Machine& here) const {
   return shards;
 }
 
-SetAnswers ShardAnswers::of(const PairSet& set) const {
+SetAnswers ShardAnswers::of(const PairSet& set, bool with_points) const {
   std::vector<SetAnswers> parts;
   for (const File& file : files_) {
     std::size_t at = file.sets_begin;
@@ -328,6 +328,11 @@ SetAnswers ShardAnswers::of(const PairSet& set) const {
         parts.push_back(read_set(file.path, file.head, file.shard, each, bytes_at(file.path, at, size)));
         if (parts.back().answers.size() != parts.front().answers.size())
           refuse(file.path, "has answers of other backends than " + files_.front().path);
+        for (const BackendAnswers& backend : parts.back().answers) {
+          const QueryAnswers& manifold = backend.queries[index_of(QueryKind::manifold)];
+          if (with_points && manifold.points.empty() && !manifold.status.empty())
+            refuse(file.path, "has no contact points of '" + set.name + "'");
+        }
         break;
       }
       at += size;

@@ -60,8 +60,9 @@ class ShardAnswers {
   std::size_t engine_messages() const;
   /// Those that another machine measured than `here`, by their order.
   std::vector<ShardMachine> elsewhere(const Machine& here) const;
+  /// @param with_points as a pair file's set has them.
   /// @throws InputError where the shards know no set of that name, or one of other size.
-  SetAnswers of(const PairSet& set) const;
+  SetAnswers of(const PairSet& set, bool with_points) const;
 
  private:
   struct File {
