@@ -4,9 +4,10 @@
 
 #include "touchstone/contact_core/geometry/matrix3.hpp"
 
-// Contacts between bodies as convex problems take them: rows of J are a direction and the lever's product
-// with it, so that velocities, impulses and J^T G J need a third of the products of rows that are written
-// out.
+/// @file
+/// Contacts between bodies as convex problems take them: rows of J are a direction and the lever's product
+/// with it, so that velocities, impulses and J^T G J need a third of the products of rows that are written
+/// out.
 
 namespace touchstone::physics {
 
@@ -19,6 +20,7 @@ struct BodyContact {
   int count;             ///< of bodies; 0: not a contact of bodies alone
 };
 
+/// Three doubles as a vector.
 inline Vector3 vector_at(const double* from) { return {from[0], from[1], from[2]}; }
 
 /// Of the first body against the second where they touch.
