@@ -161,6 +161,7 @@ OperatorAction read_action(const YamlReader& item, const Scene& scene, std::size
   using Kind = OperatorAction::Kind;
   OperatorAction action;
   action.time = read_time(item);
+  // An action is one of five.
   const int named = int{item.has("latch")} + int{item.has("release")} + int{item.has("switch_on")} +
                     int{item.has("switch_off")} + int{item.has("hold")};
   if (named != 1) item.fail("expected one of latch, release, switch_on, switch_off, hold");
@@ -175,6 +176,7 @@ OperatorAction read_action(const YamlReader& item, const Scene& scene, std::size
     if (latch.has("allowed")) action.allowed = scene_files::read_exempt_pairs(latch.at("allowed"), scene);
     return action;
   }
+  // The rest name one object.
   const char* key = item.has("release") ? "release" : item.has("switch_on") ? "switch_on" : "switch_off";
   action.kind = item.has("release")     ? Kind::release
                 : item.has("switch_on") ? Kind::switch_on

@@ -58,6 +58,7 @@ std::optional<StationOptions> parse_station_options(int argc, const char* const*
   app.add_option("--page", out.server.page, "folder of the page's files")->check(CLI::ExistingDirectory);
   app.add_flag("--list", out.list, "scenes");
   if (!comparison::parse_command_line(app, argc, argv)) return std::nullopt;
+  // Beyond loopback nobody is let in without a token.
   has_token = !out.server.token.empty();
   if (has_token && out.server.token.size() < 8) throw InputError("a token of fewer than 8 characters");
   if (!has_token && out.server.bind != "127.0.0.1" && out.server.bind != "::1")
@@ -69,6 +70,7 @@ std::optional<StationOptions> parse_station_options(int argc, const char* const*
     for (const unsigned method : methods) out.methods |= 1U << method;
   }
   if (!out.replay.empty()) refuse_with_replay(app);
+  // A script of the user's joins the bundled scenes.
   if (std::filesystem::path(out.scene).extension() == ".yaml") {
     out.scripts.emplace_back(out.scene);
     out.scene = out.scripts.back().stem().string();

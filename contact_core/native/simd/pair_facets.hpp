@@ -118,11 +118,13 @@ TOUCHSTONE_INLINE void find_heights(const PairGenerators& pair, const double (&t
                                     FacetHeights& out) {
   constexpr const FacetTable& t = kFacetTable;
   constexpr int i = 4 * group;
+  // The generators that span the group's four facets.
   constexpr int a = t.first[i], b = t.first[i + 1], c = t.first[i + 2], d = t.first[i + 3];
   constexpr int e = t.second[i], f = t.second[i + 1], g = t.second[i + 2], h = t.second[i + 3];
   const Vector3Of<Double4> p = pair.g.at<a, b, c, d>(), q = pair.g.at<e, f, g, h>();
   const Vector3Of<Double4> n = normal_of<accurate>(p, q);
   const Double4 squares = pair.square.at<a, b, c, d>() * pair.square.at<e, f, g, h>();
+  // Widths of the zonotope along the normals, in the order of choose_facet().
   Double4 n_square, width;
   if constexpr (accurate) {
     n_square = dot(n, n);

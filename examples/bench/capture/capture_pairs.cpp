@@ -112,6 +112,7 @@ int run(int argc, const char* const* argv) {
       ->check(CLI::Range(1, 1000000))
       ->required();
   if (!comparison::parse_command_line(app, argc, argv)) return 0;
+  // All that can be refused is refused before the runs.
   check_free(output);
   const fs::path folder = fs::absolute(output).parent_path();
   if (!fs::is_directory(folder)) throw InputError(output + ": there is no folder " + folder.string());
@@ -119,6 +120,7 @@ int run(int argc, const char* const* argv) {
   files.insert(files.end(), scripts.begin(), scripts.end());
   files.insert(files.end(), dynamics.begin(), dynamics.end());
   check_stems(files);
+  // The runs, then the file.
   for (const std::string& file : scenes) fly_scene(file, capture);
   for (const std::string& file : scripts) fly_script(file, capture);
   for (const std::string& file : dynamics) step_dynamics(file, capture);

@@ -77,6 +77,7 @@ class SetPage {
   }
 
   std::string figure(const Entry& entry, QueryKind query, const FiledAnswer& answer) const {
+    // The case as the gallery shows it, with one engine's answer.
     const PairSet one = one_case(pairs_, index_in(pairs_, answer.id));
     GalleryCase shown;
     shown.set = pairs_.name;
@@ -88,6 +89,7 @@ class SetPage {
     shown.posed = posed_pair(one, 0);
     shown.truth = truth_of(one);
     shown.answers = {{entry.engine, status_named(answer.status), answer.separation, answer.n_AB_W}};
+    // The exact answer above the engine's.
     HtmlTable table({"answer", "class", "signed distance [m]", "normal"});
     table.add({"exact", std::string(to_string(shown.truth.pair_class)), distance_text(shown.truth.separation),
                normal_text(shown.truth.n_AB_W) + (shown.truth.normal_unique ? "" : " (one of several)")},

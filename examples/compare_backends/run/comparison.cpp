@@ -388,6 +388,7 @@ Inputs read_inputs(const Options& options, const Backends& backends, const Oracl
   report.gaps = backends.gaps;
   report.has_truth = oracle != nullptr;
   report.backends = chosen_backends(options, backends);
+  // Names and files are checked before anything is measured.
   check_once("--families", options.families);
   check_once("--scene", scene_names(options.scenes));
   for (const std::string& name : session.chosen_families()) make_pair_family(name, options.seed, 0);
@@ -397,11 +398,13 @@ Inputs read_inputs(const Options& options, const Backends& backends, const Oracl
   check_settings(options.scenes, options.scene_settings);
   if (!options.corpus.empty()) report.corpus = load_corpus(options.corpus);
   check_sets(options.choice, session.set_names(report.corpus));
+  // Files of pairs and of dynamics.
   if (!options.pairs_file.empty()) in.cases = load_pair_file(options.pairs_file);
   if (options.is_capture && !in.cases->captured)
     throw InputError(options.pairs_file +
                      ": no case has an engine's answer; cases without one are compared with --pairs");
   if (!options.dynamics_file.empty()) report.drift = load_drift(options.dynamics_file);
+  // How many cases each set has, for the progress.
   if (report.corpus)
     for (const CorpusSet& set : report.corpus->sets) in.cases_of[set.name] = static_cast<double>(set.cases);
   if (in.cases) in.cases_of["pairs"] = static_cast<double>(in.cases->set.pairs.size());

@@ -59,6 +59,7 @@ bool MergeJudge::work() {
 }
 
 void MergeJudge::judge(const Job& job) {
+  // A reset begins the figures anew.
   if (job.epoch != so_far_.epoch) {
     so_far_ = {};
     so_far_.epoch = job.epoch;
@@ -66,6 +67,7 @@ void MergeJudge::judge(const Job& job) {
   }
   MergeFigures& figures = so_far_.methods[job.method];
   std::vector<Pose>& last = last_[job.method];
+  // Poses that did not change keep their verdict.
   const bool stands = job.formation == last_formation_[job.method] &&
                       std::equal(last.begin(), last.end(), job.X_WO.begin(), job.X_WO.end(), is_same);
   if (!stands) {
@@ -82,6 +84,7 @@ void MergeJudge::judge(const Job& job) {
     last = job.X_WO;
     last_formation_[job.method] = job.formation;
   }
+  // The frame is counted either way.
   figures.judged_frame = job.frame;
   ++figures.judged;
   const std::vector<char>& is_on = job.formation->is_on;

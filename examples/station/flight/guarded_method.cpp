@@ -113,12 +113,14 @@ void GuardedMethod::take_forces() {
 
 /// Forces, not the proof, stop an arm here: that it is held back shows in what it did not do.
 void GuardedMethod::add_stall(std::span<const double> goals) {
+  // An arm stalls where it went less than half of what was asked, and presses on something.
   double asked = 0.0, done = 0.0;
   for (std::size_t i = 0; i < goals.size(); ++i) {
     asked += (goals[i] - before_[i]) * (goals[i] - before_[i]);
     done += (goals[i] - before_[i]) * (joints_[i] - before_[i]);
   }
   if (asked == 0.0 || !(done < 0.5 * asked) || !(force_ > kLeastForce)) return;
+  // The contact that presses hardest on it is what blocks.
   const auto is_arms = [&](const PushingContact& contact) {
     return setting_->arm_of(formation_.root_of(setting_->instance().object_of(contact.solids.a))) !=
            setting_->arm_of(formation_.root_of(setting_->instance().object_of(contact.solids.b)));
@@ -128,6 +130,7 @@ void GuardedMethod::add_stall(std::span<const double> goals) {
     if (is_arms(contact) && (hardest == nullptr || norm(contact.force_W) > norm(hardest->force_W)))
       hardest = &contact;
   if (hardest == nullptr) return;
+  // Its event is repeated as a stop.
   for (const ContactEvent& event : events_) {
     if (event.kind != EventKind::began && event.kind != EventKind::persists) continue;
     const SolidIndex a = setting_->instance().first_solid(object_of(event.a)) + event.solids.a,
@@ -164,6 +167,7 @@ void GuardedMethod::log_events(training::FlightLog& log) const {
 void GuardedMethod::frame(std::span<const training::Command>,
                           std::span<const training::ArmCommand> arm_commands,
                           training::FlightLog& log) noexcept {
+  // Joints without a command hold where they are.
   std::copy(joints_.begin(), joints_.end(), goals_.begin());
   for (const training::ArmCommand& command : arm_commands)
     std::copy(command.values.begin(), command.values.end(), goals_.begin());
@@ -172,6 +176,7 @@ void GuardedMethod::frame(std::span<const training::Command>,
   events_.clear();
   force_ = 0.0;
   std::fill(torques_.begin(), torques_.end(), 0.0);
+  // The frame's steps of dynamics; the first that fails ends it.
   for (std::size_t i = 0; i < dynamics_->steps; ++i) {
     const physics::GuardedStep step = run_.step();
     if (step.dynamics.failure != physics::StepFailure::none) {

@@ -39,6 +39,7 @@ NearDistance NearDistances::nearest(std::uint32_t a, std::uint32_t b) noexcept {
   const SceneInstance& instance = setting_->instance();
   const bool in_order = a < b;
   const std::uint32_t first = in_order ? a : b, second = in_order ? b : a;
+  // Every solid of the one against every solid of the other, the lower object first.
   pairs_.clear();
   for (SolidIndex i = 0; i < instance.trees()[first]->solids().size(); ++i)
     for (SolidIndex k = 0; k < instance.trees()[second]->solids().size(); ++k)
@@ -49,6 +50,7 @@ NearDistance NearDistances::nearest(std::uint32_t a, std::uint32_t b) noexcept {
   narrowphase_->evaluate(
       {pairs_, X_WS_, query},
       {std::span(status_).first(pairs_.size()), std::span(geometry_).first(pairs_.size()), {}}, *workspace_);
+  // The least, seen from a.
   NearDistance out;
   out.object = b;
   out.separation = kInfinity;
@@ -70,6 +72,7 @@ double NearDistances::between(std::uint32_t a, std::uint32_t b, std::span<const 
 
 void NearDistances::find(std::uint32_t object, std::span<const Pose> X_WO,
                          const training::Formation& formation) noexcept {
+  // Objects whose spheres are further apart are not asked about.
   const auto spheres_are_near = [&](std::uint32_t a, std::uint32_t b) {
     const Sphere& at_a = setting_->instance().trees()[a]->nodes()[0].sphere_O;
     const Sphere& at_b = setting_->instance().trees()[b]->nodes()[0].sphere_O;
@@ -79,6 +82,7 @@ void NearDistances::find(std::uint32_t object, std::span<const Pose> X_WO,
   const auto count = static_cast<std::uint32_t>(X_WO.size());
   const auto moves_along = [&](std::uint32_t i) { return i == object || formation.root_of(i) == object; };
   for (std::uint32_t i = 0; i < count; ++i) place(i, X_WO[i]);
+  // What moves along counts as the object itself; of each other object the least distance is kept.
   count_ = 0;
   for (std::uint32_t other = 0; other < count; ++other) {
     const bool is_own =

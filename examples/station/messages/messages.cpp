@@ -281,6 +281,7 @@ std::string event_json(const StationEvent& event) {
 std::string state_json(const StateMessage& state, const StationScenes& scenes, std::uint32_t pilot,
                        std::uint32_t failed_cameras) {
   const FlightState& flight = state.flight;
+  // Bits and faults become lists.
   json methods = json::array(), faults = json::array(), latched = json::array(), held = json::array(),
        off = json::array();
   for (std::uint32_t i = 0; i < kMethods; ++i)
@@ -295,6 +296,7 @@ std::string state_json(const StateMessage& state, const StationScenes& scenes, s
     faults.push_back({{"kind", "late report"}, {"delay", flight.report_delay}});
   for (std::uint32_t i = 0; i < 32; ++i)
     if (failed_cameras >> i & 1U) faults.push_back({{"kind", "camera"}, {"camera", i}, {"on", true}});
+  // Objects that are held, and pairs that are off.
   for (std::size_t i = 0; i < state.latched_count; ++i) latched.push_back(state.latched[i]);
   for (std::size_t i = 0; i < state.held_count; ++i) held.push_back(state.held[i]);
   for (std::size_t i = 0; i < state.off_count; ++i) off.push_back(state.off[i]);

@@ -198,6 +198,7 @@ Response Server::State::respond(const Request& request) {
     figures.refused.fetch_add(1, std::memory_order_relaxed);
     return answer(request, status, "text/plain; charset=utf-8", std::string(why) + "\n");
   };
+  // Nothing is let in from elsewhere.
   if (!is_known(request, target))
     return refuse(http::status::forbidden, "not from this machine, or without the token");
   if (target.path == "/socket") {
@@ -206,6 +207,7 @@ Response Server::State::respond(const Request& request) {
     return refuse(http::status::service_unavailable, "no more clients");
   }
   if (request.method() != http::verb::get) return refuse(http::status::method_not_allowed, "GET alone");
+  // Figures and recordings, then the page's files.
   if (target.path == "/latency.json")
     return answer(request, http::status::ok, "application/json",
                   latency_json(latency, host.exchange.figures, host.rate, host.offset_us, host.rtt_us));
