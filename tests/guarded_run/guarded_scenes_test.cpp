@@ -46,6 +46,27 @@ TEST(GuardedScenes, AnArmPushesAnOruHomeAndStalls) {
   EXPECT_EQ(run.allocations.value_or(0), 0U);
 }
 
+/// As the scene is: with the arm's joints far from their stops and more than 64 rows of contacts a warm start
+/// was once taken for solved, and the arm stood with no force.
+TEST(GuardedScenes, AStalledArmPressesUntilAnEjectorDrivesItBack) {
+  BackendRegistry registry;
+  register_all_backends(registry);
+  GuardedScene scene = load_guarded_scene(kScenes / "oru_pushed_home.yaml");
+  scene.scene.scene.duration = 10.0;
+  comparison::ProgressLine progress;
+  const GuardedRun run = run_scene(scene, registry, "native", progress);
+  ASSERT_EQ(run.stopped, "");
+  EXPECT_EQ(run.merged, 0U);
+  // Home at 6.75 s; the ejector pushes from 9 s to 9.6 s. 50 frames a second.
+  const auto& before = run.samples[449];
+  const auto& after = run.samples[479];
+  EXPECT_GT(run.stalled, 50U);
+  EXPECT_GT(before.torque_share, 0.999);
+  EXPECT_GT(before.force, 300.0);
+  EXPECT_GT(run.driven_back, 10U);
+  EXPECT_GT(after.hand_W.z(), before.hand_W.z() + 0.005);
+}
+
 TEST(GuardedScenes, WhatIsWrongIsNamed) {
   const auto refused = [](const std::string& guard, const std::string& why) {
     const std::string error = error_in_file(

@@ -414,7 +414,10 @@ double IslandSolver::tolerance_of(const Island& island, bool is_exact, const Con
   double speed = 0.0;
   for (const std::size_t block : islands_.blocks_of(island)) {
     const std::size_t first = rows.first_row(block);
-    for (std::size_t i = first; i < first + (block < rows.contacts.size() ? 3 : 1); ++i)
+    const bool is_contact = block < rows.contacts.size();
+    // The room of a stop that is far off is no speed: radians in a millisecond.
+    if (!is_contact && rows.joints[block - rows.contacts.size()].is_stop && rows.b[first] > 0.0) continue;
+    for (std::size_t i = first; i < first + (is_contact ? 3 : 1); ++i)
       speed = std::max(speed, std::abs(rows.b[i]));
   }
   return std::max({exact, kShareOfGap * step.settings.contact_gap / step.h, kShareOfSpeed * speed});
