@@ -19,6 +19,7 @@
 namespace touchstone::comparison {
 namespace {
 
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -328,6 +329,7 @@ TEST(Trade, ThePageHasEverySceneAndSelection) {
   EXPECT_THAT(page, HasSubstr("| overlap | nothing |"));
   EXPECT_THAT(page, HasSubstr("| 500 | 321 |"));
   EXPECT_THAT(page, HasSubstr("Touchstone 1.2.3"));
+  EXPECT_THAT(page, ContainsRegex("; 2[0-9][0-9][0-9]-[01][0-9]-[0-3][0-9]\\.\n")) << "when it was measured";
   EXPECT_THAT(page, HasSubstr("No recommendation for distance: too few frames (12"));
 }
 

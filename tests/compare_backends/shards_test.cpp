@@ -29,10 +29,10 @@ constexpr const char* kPairs = R"([
   {"id": "deep", "shapes": [{"type": "box", "size": [1, 1, 1]}, {"type": "box", "size": [2, 1, 1]}],
    "poses": ["identity", {"position": [0.25, 0, 0], "quaternion_wxyz": [0.8, 0.6, 0, 0]}]}])";
 
-/// Takes times out, and what is decided by them.
+/// Takes times and the day out, and what is decided by them.
 void drop_times(Json& json) {
   for (const char* timed : {"single", "batch", "raw", "cached", "frame", "ns", "p999_ns", "mean_ns",
-                            "pareto_front", "thread_runs", "fitted_slopes"})
+                            "pareto_front", "thread_runs", "fitted_slopes", "date"})
     if (json.is_object() && json.contains(timed)) json.erase(timed);
   if (json.is_object() && json.contains("standings"))
     std::sort(json["standings"].begin(), json["standings"].end());

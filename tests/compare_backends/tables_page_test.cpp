@@ -33,6 +33,7 @@ Json backend(const std::string& name, const Json& of_query) {
 Json results() {
   return {
       {"version", "1.2.3"},
+      {"date", "2026-11-27"},
       {"command", "compare_backends --count 10"},
       {"partial", false},
       {"machine",
@@ -99,7 +100,14 @@ TEST(TablesPage, SaysWhereItIsFromAndThatARunEndedEarly) {
   EXPECT_TRUE(holds(tables_page(partial), "This run ended early"));
   EXPECT_FALSE(holds(tables_page(results()), "This run ended early"));
   EXPECT_TRUE(holds(tables_page(results()), "Touchstone 1.2.3; A CPU (avx2)"));
+  EXPECT_TRUE(holds(tables_page(results()), "g++, Release; 2026-11-27.\n"));
   EXPECT_TRUE(holds(tables_page(results()), "`compare_backends --count 10`"));
+}
+
+TEST(TablesPage, TakesResultsOfBeforeThereWasADate) {
+  Json older = results();
+  older.erase("date");
+  EXPECT_TRUE(holds(tables_page(older), "g++, Release.\n"));
 }
 
 TEST(TablesPage, RefusesResultsThatLackAFigure) {

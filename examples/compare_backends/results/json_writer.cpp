@@ -5,6 +5,7 @@
 #include "touchstone/examples/compare_backends/figures/growth_plot.hpp"
 #include "touchstone/examples/compare_backends/results/json_parts.hpp"
 #include "touchstone/examples/compare_backends/results/method_text.hpp"
+#include "touchstone/examples/program/terminal/date.hpp"
 
 namespace touchstone::comparison {
 namespace {
@@ -22,6 +23,7 @@ void add_run(const Report& report, Json& root) {
   root["command"] = report.options.command_line;
   root["seed"] = report.options.seed;
   root["version"] = report.machine.version;
+  root["date"] = today();
   root["partial"] = !report.not_measured.empty();
   root["not_measured"] = report.not_measured;
   root["engine_messages"] = report.engine_messages;

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "touchstone/examples/compare_backends/results/markdown.hpp"
+#include "touchstone/examples/program/terminal/date.hpp"
 #include "touchstone/examples/program/terminal/text_table.hpp"
 
 namespace touchstone::comparison {
@@ -30,9 +31,10 @@ Overlap costs only where the class is wrong; a manifold is asked in contact only
 )";
 
 std::string machine_lines(const Report& report) {
-  return fmt::format("\nTouchstone {}; {}, {}; {}.\nWritten by `{}`.\n", report.machine.version,
-                     report.machine.cpu, report.machine.instruction_set, report.machine.compiler,
-                     report.options.command_line);
+  return fmt::format("\nTouchstone {}; {} ({}), {} hardware threads, {}; {}, {}; {}.\nWritten by `{}`.\n",
+                     report.machine.version, report.machine.cpu, report.machine.instruction_set,
+                     report.machine.hardware_threads, report.machine.system, report.machine.compiler,
+                     report.machine.build_type, today(), report.options.command_line);
 }
 
 // The backend whose rows are shown in full: native where it is there.

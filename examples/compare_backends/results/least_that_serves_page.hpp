@@ -7,7 +7,7 @@
 namespace touchstone::comparison {
 
 /// least_that_serves.md: what each scene needs, by allowed error, and what switching objects off saves.
-/// Markdown, without a date; two runs' pages differ in times alone. Empty where no scene was judged.
+/// Markdown; two runs' pages differ in times and date alone. Empty where no scene was judged.
 std::string least_that_serves_page(const Report& report);
 
 }  // namespace touchstone::comparison

@@ -13,7 +13,7 @@ struct SchemaEntry {
 };
 
 inline constexpr SchemaEntry kJsonSchema[] = {
-    {"root", "schema command seed version", "name and number of this format; how it was made"},
+    {"root", "schema command seed version date", "name and number of this format; how and when it was made"},
     {"root", "partial not_measured",
      "true: the run ended early; the sets, scenes and parts that are missing then"},
     {"root", "engine_messages",

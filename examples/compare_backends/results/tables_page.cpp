@@ -90,13 +90,15 @@ std::string set_table(const Json& results, const std::string& title, const Cell&
 
 std::string head(const Json& results) {
   const Json& machine = results.at("machine");
+  const std::string date = results.value("date", "");  // results of older versions have none
   std::string text = fmt::format(
-      "# Speed against error, in tables\n\nTouchstone {}; {} ({}), {} hardware threads, {}; {}, {}.\n"
+      "# Speed against error, in tables\n\nTouchstone {}; {} ({}), {} hardware threads, {}; {}, {}{}.\n"
       "Written by `compare_backends tables` from the results of `{}`.\n",
       results.at("version").get<std::string>(), machine.at("cpu").get<std::string>(),
       machine.at("instruction_set").get<std::string>(), machine.at("hardware_threads").get<int>(),
       machine.at("system").get<std::string>(), machine.at("compiler").get<std::string>(),
-      machine.at("build_type").get<std::string>(), results.at("command").get<std::string>());
+      machine.at("build_type").get<std::string>(), date.empty() ? "" : "; " + date,
+      results.at("command").get<std::string>());
   if (results.at("partial").get<bool>())
     text += "\n**This run ended early: sets and sizes that it did not come to are not here.**\n";
   return text +

@@ -1,17 +1,16 @@
 #include "touchstone/examples/program/terminal/machine.hpp"
 
-#include <fmt/chrono.h>
 #include <fmt/core.h>
 #include <gnu/libc-version.h>
 #include <stdlib.h>
 #include <sys/utsname.h>
 
 #include <Eigen/Core>
-#include <ctime>
 #include <fstream>
 #include <thread>
 
 #include "touchstone/contact_core/native/simd/kernels.hpp"
+#include "touchstone/examples/program/terminal/date.hpp"
 
 namespace touchstone::comparison {
 namespace {
@@ -65,10 +64,10 @@ std::string page_head(const std::string& title, const std::string& command) {
   double load = 0.0;
   const bool has_load = getloadavg(&load, 1) == 1;
   return fmt::format(
-      "# {}\n\nTouchstone {}; {} ({}), {} hardware threads, {}; {}, {}; {:%Y-%m-%d}{}.\nWritten by `{}`.\n\n",
-      title, machine.version, machine.cpu, machine.instruction_set, machine.hardware_threads, machine.system,
-      machine.compiler, machine.build_type, fmt::gmtime(std::time(nullptr)),
-      has_load ? fmt::format(", load {:.1f}", load) : "", command);
+      "# {}\n\nTouchstone {}; {} ({}), {} hardware threads, {}; {}, {}; {}{}.\nWritten by `{}`.\n\n", title,
+      machine.version, machine.cpu, machine.instruction_set, machine.hardware_threads, machine.system,
+      machine.compiler, machine.build_type, today(), has_load ? fmt::format(", load {:.1f}", load) : "",
+      command);
 }
 
 }  // namespace touchstone::comparison
