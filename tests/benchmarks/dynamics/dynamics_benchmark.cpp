@@ -1,7 +1,9 @@
-// Time of dynamics.  dynamics_benchmark sets [per friction] [seed] | stacks|toppling [steps] [height] |
-// arm|rolling [steps]
+// Time of dynamics, in Markdown tables.
+// dynamics_benchmark sets [per friction] [seed] [last seed] | stacks|toppling [steps] [height] | arm|rolling
+// [steps]
 //
-// sets: the random contact problems of tests/physics, processor time and residual of each solve.
+// sets: the random contact problems of tests/physics, processor time and residual of each solve, and which
+// stage of ContactSolver solved how many.
 // stacks: a hundred stacks of ten boxes, or of another height, step by step in turn with Bullet's own
 // dynamics in double precision (its default solver, no box ever put to sleep). Each finds its own contacts in
 // every step. toppling: the same, every second box pushed off its place by 3 cm and each stack moving at up
@@ -16,6 +18,8 @@
 #include <cstdlib>
 #include <functional>
 #include <memory>
+#include <random>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -40,41 +44,95 @@ double timed(const std::function<void()>& work) {
   return processor_us() - start;
 }
 
-void print_quantiles(const char* what, std::vector<double> values, const char* format) {
-  std::sort(values.begin(), values.end());
-  std::printf("%-28s", what);
-  for (const double share : {0.0, 0.5, 0.9, 0.99, 0.999, 1.0}) {
-    const auto at = static_cast<std::size_t>(share * static_cast<double>(values.size() - 1));
-    std::printf(format, values[at]);
+void print_head(const char* what) {
+  std::printf(
+      "\n| %s | least | median | 90 %% | 99 %% | 99.9 %% | most | mean "
+      "|\n|---|---|---|---|---|---|---|---|\n",
+      what);
+}
+
+void print_quantiles(const std::string& what, std::vector<double> values, const char* format) {
+  std::printf("| %s |", what.c_str());
+  if (values.empty()) {
+    std::printf(" | | | | | | |\n");
+    return;
   }
+  double sum = 0.0;
+  for (const double value : values) sum += value;
+  std::sort(values.begin(), values.end());
+  const auto print = [&](double value) {
+    std::printf(" ");
+    std::printf(format, value);
+    std::printf(" |");
+  };
+  for (const double share : {0.0, 0.5, 0.9, 0.99, 0.999, 1.0})
+    print(values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))]);
+  print(sum / static_cast<double>(values.size()));
   std::printf("\n");
 }
 
-void run_sets(int count, unsigned seed) {
+/// Stages of ContactSolver, by the round that ends a solve.
+constexpr std::array<const char*, 5> kStages = {"sweeps, Newton with line search", "more sweeps, Newton",
+                                                "the path from no impulses", "paths from drawn impulses",
+                                                "Newton from drawn impulses"};
+std::size_t stage_of(int rounds) {
+  if (rounds <= 3) return static_cast<std::size_t>(std::max(rounds, 1) - 1);
+  return (rounds - 1) % 4 == 2 ? 3 : 4;
+}
+
+/// Of one friction, or of one stage.
+struct SetFigures {
+  std::vector<double> times, systems, residuals;
+  int failed = 0, rounding = 0, slow = 0;
+
+  void add(double time, const SolveReport& report, double residual) {
+    times.push_back(time), systems.push_back(report.newton_steps), residuals.push_back(residual);
+    failed += residual <= 1e-9 ? 0 : 1;
+    rounding += residual > 1e-9 && residual < 1e-8 ? 1 : 0;
+    slow += time > 2000.0 ? 1 : 0;
+  }
+};
+
+void run_sets(int count, unsigned first_seed, unsigned last_seed) {
+  // Every set starts from no impulses.
   ContactSolver solver;
   solver.reserve(RandomSet::kRows);
-  std::printf("%28s%12s%12s%12s%12s%12s%12s\n", "", "least", "median", "90 %", "99 %", "99.9 %", "most");
-  for (const double friction : {0.3, 0.5, 0.9}) {
-    std::mt19937_64 random(seed);
-    std::vector<double> times, work, residuals, u(RandomSet::kRows);
-    int failed = 0, slow = 0;
-    for (int i = 0; i < count; ++i) {
-      const RandomSet set(random, friction, i % 2 == 1);
-      const ContactProblem problem = set.problem();
-      std::vector<double> x(RandomSet::kRows, 0.0);
-      SolveReport report;
-      times.push_back(timed([&] { report = solver.solve(problem, x); }));
-      work.push_back(report.newton_steps);
-      residuals.push_back(natural_residual(problem, x, u));
-      failed += residuals.back() <= 1e-9 ? 0 : 1;
-      slow += times.back() > 2000.0 ? 1 : 0;
+  constexpr std::array<double, 3> kFrictions = {0.3, 0.5, 0.9};
+  std::array<SetFigures, kFrictions.size()> by_friction;
+  std::array<SetFigures, kStages.size()> by_stage;
+  std::vector<double> u(RandomSet::kRows), x(RandomSet::kRows);
+  for (unsigned seed = first_seed; seed <= last_seed; ++seed)
+    for (std::size_t f = 0; f < kFrictions.size(); ++f) {
+      std::mt19937_64 random(seed);
+      for (int i = 0; i < count; ++i) {
+        const RandomSet set(random, kFrictions[f], i % 2 == 1);
+        const ContactProblem problem = set.problem();
+        std::fill(x.begin(), x.end(), 0.0);
+        SolveReport report;
+        const double time = timed([&] { report = solver.solve(problem, x); });
+        const double residual = natural_residual(problem, x, u);
+        by_friction[f].add(time, report, residual);
+        by_stage[stage_of(report.rounds)].add(time, report, residual);
+      }
     }
-    std::printf("friction %.1f: %d of %d sets above 1e-9 m/s, %d above 2 ms\n", friction, failed, count,
-                slow);
-    print_quantiles("  processor time [us]", times, "%12.1f");
-    print_quantiles("  linear systems", work, "%12.0f");
-    print_quantiles("  residual [m/s]", residuals, "%12.1e");
+  // One row a figure and friction, then what is left unsolved, then the stages.
+  print_head("friction");
+  for (std::size_t f = 0; f < kFrictions.size(); ++f) {
+    char name[64];
+    std::snprintf(name, sizeof(name), "%.1f, ", kFrictions[f]);
+    print_quantiles(std::string(name) + "processor time [us]", by_friction[f].times, "%.1f");
+    print_quantiles(std::string(name) + "linear systems", by_friction[f].systems, "%.0f");
+    print_quantiles(std::string(name) + "residual [m/s]", by_friction[f].residuals, "%.1e");
   }
+  std::printf(
+      "\n| friction | sets | above 1e-9 m/s | of them below 1e-8 | above 2 ms |\n|---|---|---|---|---|\n");
+  for (std::size_t f = 0; f < kFrictions.size(); ++f)
+    std::printf("| %.1f | %zu | %d | %d | %d |\n", kFrictions[f], by_friction[f].times.size(),
+                by_friction[f].failed, by_friction[f].rounding, by_friction[f].slow);
+  print_head("processor time [us], by the stage that ended the solve");
+  for (std::size_t s = 0; s < kStages.size(); ++s)
+    print_quantiles(kStages[s] + (": " + std::to_string(by_stage[s].times.size())), by_stage[s].times,
+                    "%.1f");
 }
 
 constexpr int kStacks = 100;
@@ -216,28 +274,29 @@ void run_stacks(int steps, bool topples) {
     bullet.step();
 #endif
   }
-  std::printf("%d stacks of %d boxes, %d steps of %g s, %zu contact points; processor time [ms]\n", kStacks,
-              height(), steps, kStep, ours.points);
-  std::printf("%28s%12s%12s%12s%12s%12s%12s\n", "", "least", "median", "90 %", "99 %", "99.9 %", "most");
+  std::printf("%d stacks of %d boxes, %d steps of %g s, %zu contact points:\n", kStacks, height(), steps,
+              kStep, ours.points);
+  print_head("processor time [ms]");
   const auto print = [](const char* what, std::vector<double> times) {
-    double sum = 0.0;
-    for (double& time : times) sum += (time *= 1e-3);
-    const double mean = sum / static_cast<double>(times.size());
-    print_quantiles(what, std::move(times), "%12.3f");
-    std::printf("%28s%12.3f\n", "mean", mean);
+    for (double& time : times) time *= 1e-3;
+    print_quantiles(what, std::move(times), "%.3f");
   };
   print("ours: contacts", ours.finding);
   print("ours: step", ours.stepping);
   std::vector<double> both;
   for (std::size_t i = 0; i < ours.finding.size(); ++i) both.push_back(ours.finding[i] + ours.stepping[i]);
   print("ours: both", both);
-  std::printf("ours: last step: solves %u sweeps %u newton %u substeps %u\n", ours.last.solves,
-              ours.last.sweeps, ours.last.newton_steps, ours.last.substeps);
-  std::printf("ours: worst residual %.1e m/s, %u islands unconverged, farthest box from its place %.1e m\n",
-              ours.worst_residual, ours.unconverged, ours.worst_sinking());
 #ifdef TOUCHSTONE_BENCHMARK_BULLET_DYNAMICS
   print("Bullet: stepSimulation", bullet.stepping);
-  std::printf("Bullet: farthest box from its place %.1e m\n", bullet.worst_sinking());
+#endif
+  std::printf(
+      "\nOurs: farthest box from its place %.1e m, worst residual %.1e m/s, %u islands unconverged; last "
+      "step: "
+      "%u solves, %u sweeps, %u Newton steps, %u pieces.\n",
+      ours.worst_sinking(), ours.worst_residual, ours.unconverged, ours.last.solves, ours.last.sweeps,
+      ours.last.newton_steps, ours.last.substeps);
+#ifdef TOUCHSTONE_BENCHMARK_BULLET_DYNAMICS
+  std::printf("Bullet: farthest box from its place %.1e m.\n", bullet.worst_sinking());
 #endif
 }
 
@@ -280,13 +339,14 @@ void run_arm(int steps, bool rolling) {
       if (run.pieces[k] == 1) kept.push_back(times[k]);
     return kept;
   };
-  std::printf("%28s%12s%12s%12s%12s%12s%12s\n", "", "least", "median", "90 %", "99 %", "99.9 %", "most");
-  print_quantiles("step [us]", run.times, "%12.1f");
-  print_quantiles("  least of 7 replays", least, "%12.1f");
-  print_quantiles("steps in one piece [us]", whole(run.times), "%12.1f");
-  print_quantiles("  least of 7 replays", whole(least), "%12.1f");
-  std::printf("%d steps, %zu of them cut, %u solves unconverged, worst residual %.1e m/s\n", steps,
+  std::printf("%s, %d steps, %zu of them cut, %u solves unconverged, worst residual %.1e m/s:\n",
+              rolling ? "The arm's rim rolls on the payload" : "The arm's pads against the payload's", steps,
               run.times.size() - whole(least).size(), run.unconverged, run.worst);
+  print_head("processor time [us]");
+  print_quantiles("step", run.times, "%.1f");
+  print_quantiles("step, least of 7 replays", least, "%.1f");
+  print_quantiles("step in one piece", whole(run.times), "%.1f");
+  print_quantiles("step in one piece, least of 7 replays", whole(least), "%.1f");
 }
 
 }  // namespace
@@ -295,7 +355,8 @@ int main(int argc, char** argv) {
   const std::string_view what = argc > 1 ? argv[1] : "";
   const int count = argc > 2 ? std::atoi(argv[2]) : what == "sets" ? 3500 : 200;
   if (what == "sets" && count > 0) {
-    run_sets(count, argc > 3 ? static_cast<unsigned>(std::atoi(argv[3])) : 61);
+    const unsigned seed = argc > 3 ? static_cast<unsigned>(std::atoi(argv[3])) : 61;
+    run_sets(count, seed, argc > 4 ? static_cast<unsigned>(std::atoi(argv[4])) : seed);
   } else if ((what == "stacks" || what == "toppling") && count > 0) {
     if (argc > 3) height() = std::max(1, std::atoi(argv[3]));
     run_stacks(count, what == "toppling");
@@ -303,8 +364,8 @@ int main(int argc, char** argv) {
     run_arm(argc > 2 ? count : 5000, what == "rolling");
   } else {
     std::fprintf(stderr,
-                 "usage: dynamics_benchmark sets [per friction] [seed] | stacks|toppling [steps] [height] | "
-                 "arm|rolling [steps]\n");
+                 "usage: dynamics_benchmark sets [per friction] [seed] [last seed] | stacks|toppling [steps] "
+                 "[height] | arm|rolling [steps]\n");
     return 1;
   }
   return 0;
