@@ -5,7 +5,8 @@ as_table.py printed HEAD ...          tables that a program prints on stdin, eac
 as_table.py tests                     what tests print on stdin, a row a test
 as_table.py engines                   of engine_suite_test on stdin: errors, a row a figure, a column an engine and check
 as_table.py dynamics RESULTS.json     of dynamics_run: times of steps, a row a scene, a column a backend
-as_table.py training RESULTS.csv      of training_run: first stops, a row a script and method
+as_table.py flights RESULTS.csv       of training_run: sums over its scripts, a row a method and backend
+as_table.py stops RESULTS.csv         of training_run: first stops, a row a script and method
 as_table.py station SCENE ...         of touchstone_station --soak, then --replay, of each scene, on stdin
 """
 
@@ -108,17 +109,38 @@ def dynamics(file):
     print(f"\nOver all scenes: {results['build_on'] or 'none'}; {results['reason']}.")
 
 
-def training(file):
-    rows = []
+def flown(file):
     with open(file) as text:
-        for line in csv.DictReader(text):
-            if line["not_flown"] or (line["method"] == "contact world" and line["backend"] != "native"):
-                continue
-            stop = [f"{float(line[key]):.4g}" if line[key] else "-" for key in ("first_stop_s", "first_clearance_m")]
-            deep = [f"{1e3 * float(line[key]):.3g}" for key in ("deepest_shown_m", "deepest_between_m")]
-            rows.append([f"`{line['script']}`", line["method"], line["stops"]] + stop + deep +
-                        [line[key] for key in ("merged_frames", "missed_frames", "phantom_frames",
-                                               "false_stop_frames")])
+        return [line for line in csv.DictReader(text) if not line["not_flown"]]
+
+
+def flights(file):
+    sums = {}
+    for line in flown(file):
+        of = f"{line['method']}, {line['backend']}" + (", sampled" if line["check"] == "sampled" else "")
+        sums.setdefault(of, []).append(line)
+    keys = ["frames"] + [key + "_frames" for key in ("merged", "passed_through", "missed", "phantom")]
+
+    def total(lines, key):
+        return sum(int(line[key]) for line in lines)
+
+    table(["method, backend", "scripts", "frames", "merged", "passed through", "missed", "phantom", "false stops",
+           "worst frame [us]", "allocations"],
+          [[of, str(len(lines))] + [str(total(lines, key)) for key in keys] +
+           [f"{total(lines, 'false_stop_frames')} of {total(lines, 'blocked_frames')}",
+            f"{max(float(line['worst_cpu_us']) for line in lines):.0f}", str(total(lines, "allocations"))]
+           for of, lines in sums.items()])
+
+
+def stops(file):
+    rows = []
+    for line in flown(file):
+        if line["method"] == "contact world" and line["backend"] != "native":
+            continue
+        stop = [f"{float(line[key]):.4g}" if line[key] else "-" for key in ("first_stop_s", "first_clearance_m")]
+        deep = [f"{1e3 * float(line[key]):.3g}" for key in ("deepest_shown_m", "deepest_between_m")]
+        rows.append([f"`{line['script']}`", line["method"], line["stops"]] + stop + deep +
+                    [line[key] for key in ("merged_frames", "missed_frames", "phantom_frames", "false_stop_frames")])
     table(["script", "method", "stops", "first [s]", "clear [m]", "deep [mm]", "between [mm]", "merged", "missed",
            "phantom", "false stops"], rows)
 
@@ -142,7 +164,7 @@ def station(*scenes):
 
 
 modes = {"benchmark": benchmark, "printed": printed, "tests": tests, "engines": engines, "dynamics": dynamics,
-         "training": training, "station": station}
+         "flights": flights, "stops": stops, "station": station}
 mode = sys.argv[1] if len(sys.argv) > 1 else "benchmark"
 if mode not in modes:
     sys.exit(__doc__)
