@@ -1,7 +1,7 @@
 """Tables in Markdown, on stdout, from what programs print or write:
 
 as_table.py [benchmark]               Google Benchmark's JSON on stdin: its counters
-as_table.py printed HEAD ...          tables that a program prints on stdin, each under a line that begins with HEAD
+as_table.py printed HEAD ...          the first table that a program prints on stdin, below a line that begins with a HEAD
 as_table.py tests                     what tests print on stdin, a row a test
 as_table.py engines                   of engine_suite_test on stdin: errors, a row a figure, a column an engine and check
 as_table.py dynamics RESULTS.json     of dynamics_run: times of steps, a row a scene, a column a backend
@@ -21,6 +21,8 @@ def row(cells):
 
 
 def table(head, rows):
+    if not rows:
+        sys.exit("as_table: no row below " + " | ".join(head))
     row(head)
     print("|---" * len(head) + "|")
     for cells in rows:
@@ -52,6 +54,8 @@ def printed(*heads):
                 rows.append(cells)
         table(head, rows)
         print()
+        return
+    sys.exit("as_table: no line begins with " + " or ".join(heads))
 
 
 def of_tests():
