@@ -105,11 +105,11 @@ std::string explanation(const Report& report) {
       "<p class='soft'>A contact missed or reported where there is none, and an undecided answer, cost the "
       "depth or distance that they are wrong by; a failed answer what it leaves unknown. Unsupported "
       "answers count only where they are asked for. Costs are counted rounded up to two digits. Speed: the "
-      "mean "
-      "of the medians over {} pair sets and {} scenes that hold such pairs, of all their pairs, one pair a "
+      "mean of the medians over {} pair {} and {} {} with such pairs, of all their pairs, one pair a "
       "call (scenes: a frame a call); 99.9 %: of single calls, with the clock's own time; -: too few calls "
       "or not counted. In brackets: the time of a backend with a wrong, missing or unsupported answer.</p>\n",
-      report.sets.size(), report.scenes.size());
+      report.sets.size(), report.sets.size() == 1 ? "set" : "sets", report.scenes.size(),
+      report.scenes.size() == 1 ? "scene" : "scenes");
 }
 
 }  // namespace
