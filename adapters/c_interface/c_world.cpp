@@ -1,4 +1,3 @@
-#include <bit>
 #include <cstring>
 #include <memory>
 #include <string>
@@ -7,18 +6,16 @@
 #include "touchstone/adapters/c_interface/calls.hpp"
 #include "touchstone/adapters/c_interface/corners.hpp"
 #include "touchstone/adapters/c_interface/layout.hpp"
-#include "touchstone/contact_core/world/contact_world.hpp"
+#include "touchstone/adapters/c_interface/world.hpp"
 
 using namespace touchstone;
 using c_interface::guarded;
+using c_interface::number_of;
+using c_interface::object_of;
+using c_interface::pose_of;
 using c_interface::registry;
 using c_interface::require;
-
-struct touchstone_world {
-  ContactWorld world;
-  std::vector<MotionCommand> commands;   ///< of a frame; kept for their room
-  std::vector<touchstone_event> events;  ///< of the last frame
-};
+using c_interface::rule_of;
 
 namespace {
 
@@ -34,17 +31,6 @@ static_assert(TOUCHSTONE_NEAR == static_cast<int>(EventKind::near) &&
               TOUCHSTONE_BLOCKED == static_cast<int>(EventKind::blocked) &&
               TOUCHSTONE_REFUSED == static_cast<int>(EventKind::refused) &&
               TOUCHSTONE_AT_LIMIT == static_cast<int>(EventKind::at_limit));
-
-constexpr ObjectHandle kNone{};
-
-touchstone_object number_of(ObjectHandle object) {
-  return object == kNone ? TOUCHSTONE_NO_OBJECT : std::bit_cast<touchstone_object>(object);
-}
-ObjectHandle object_of(touchstone_object number) {
-  return number == TOUCHSTONE_NO_OBJECT ? kNone : std::bit_cast<ObjectHandle>(number);
-}
-
-const Pose& pose_of(const touchstone_pose& X) { return reinterpret_cast<const Pose&>(X); }
 
 touchstone_event event_of(const ContactEvent& event) {
   touchstone_event out{number_of(event.a),
@@ -67,15 +53,6 @@ std::vector<PlacedHexahedron> placed_solids(const double* corners, std::size_t s
   return placed;
 }
 
-PairRule rule_of(int32_t policy, double warn_distance) {
-  if (policy < TOUCHSTONE_CUE || policy > TOUCHSTONE_SLIDE)
-    reject("policy", std::to_string(policy) + " is none");
-  PairRule rule;
-  rule.policy = static_cast<ContactPolicy>(policy);
-  rule.warn_distance = warn_distance;
-  return rule;
-}
-
 SelectionChange change_of(touchstone_object a, touchstone_object b, bool on) {
   if (a == TOUCHSTONE_NO_OBJECT && b != TOUCHSTONE_NO_OBJECT) reject("a", "is no object, though b is one");
   if (a == TOUCHSTONE_NO_OBJECT) return SelectionChange::of_everything(on);
@@ -93,6 +70,8 @@ touchstone_code touchstone_create_world(const char* backend, double gap, touchst
         ContactWorld(registry().make_narrowphase(backend), registry().make_broadphase("native"),
                      gap == 0.0 ? kDefaultGap : gap),
         {},
+        {},
+        {},
         {}});
     *out = made.release();
   });
@@ -103,14 +82,28 @@ void touchstone_destroy_world(touchstone_world* world) { delete world; }
 touchstone_code touchstone_add_object(touchstone_world* world, const char* name, const double* corners,
                                       size_t solids, const touchstone_pose* X_WO, int32_t is_static,
                                       touchstone_object* out) {
+  return touchstone_add_object_in_groups(world, name, corners, solids, X_WO, is_static, nullptr, 0, out);
+}
+
+touchstone_code touchstone_add_object_in_groups(touchstone_world* world, const char* name,
+                                                const double* corners, size_t solids,
+                                                const touchstone_pose* X_WO, int32_t is_static,
+                                                const char* const* groups, size_t group_count,
+                                                touchstone_object* out) {
   return guarded([&] {
     require(world, "world");
     require(name, "name");
     require(corners, "corners");
     require(X_WO, "X_WO");
     require(out, "out");
+    std::vector<std::string> names;
+    if (group_count > 0) require(static_cast<const void*>(groups), "groups");
+    for (std::size_t i = 0; i < group_count; ++i) {
+      require(groups[i], "groups");
+      names.emplace_back(groups[i]);
+    }
     auto tree = std::make_shared<const HexahedronTree>(placed_solids(corners, solids), name);
-    *out = number_of(world->world.add({std::move(tree), pose_of(*X_WO), is_static != 0, {}}));
+    *out = number_of(world->world.add({std::move(tree), pose_of(*X_WO), is_static != 0, std::move(names)}));
   });
 }
 
@@ -175,6 +168,7 @@ touchstone_code touchstone_frame(touchstone_world* world, const touchstone_comma
     const FrameReport report = world->world.frame(world->commands);
     world->events.clear();
     for (const ContactEvent& event : report.events) world->events.push_back(event_of(event));
+    c_interface::keep_hands(*world, report);
     *out = {report.frame,
             world->events.data(),
             world->events.size(),

@@ -13,10 +13,11 @@
  * Errors: a call that can fail returns a touchstone_code and, where that is not TOUCHSTONE_OK, has changed
  * nothing; touchstone_error() has the text. Nothing throws, nothing ends the process.
  *
- * Threads, of pairs: touchstone_evaluate() may be called from several at once on one narrowphase, each with a workspace
- * of its own; the other calls on a narrowphase not while it is in use.
+ * Threads, of pairs: touchstone_evaluate() may be called from several at once on one narrowphase, each with a
+ * workspace of its own; the other calls on a narrowphase not while it is in use.
  *
- * Versions: what is declared here stays as it is within one TOUCHSTONE_ABI_VERSION.
+ * Versions: what is declared here stays as it is within one TOUCHSTONE_ABI_VERSION; functions and structs may
+ * be added.
  */
 
 #include <stddef.h>
@@ -74,8 +75,8 @@ typedef struct touchstone_pose {
 /** The question. */
 typedef struct touchstone_query {
   int32_t kind;
-  int32_t max_points;          /**< manifold: slots a pair, 1 to TOUCHSTONE_MAX_POINTS */
-  double max_separation;       /**< pairs further apart [m] are separated with separation +inf, NaN elsewhere */
+  int32_t max_points;    /**< manifold: slots a pair, 1 to TOUCHSTONE_MAX_POINTS */
+  double max_separation; /**< pairs further apart [m] are separated with separation +inf, NaN elsewhere */
   double max_point_separation; /**< points further apart [m], and than the pair, are not in a manifold */
 } touchstone_query;
 
@@ -183,9 +184,9 @@ touchstone_code touchstone_pose_from_quaternion(const double position[3], const 
                                                 touchstone_pose* out);
 
 /**
- * A contact world (contact_core/world/contact_world.hpp): objects that are commanded frame by frame and move only as
- * far as no pair gets closer than the gap. One thread owns a world; touchstone_select() alone may be called
- * from others. Set-up may allocate; touchstone_frame() does not, once warm.
+ * A contact world (contact_core/world/contact_world.hpp): objects that are commanded frame by frame and move
+ * only as far as no pair gets closer than the gap. One thread owns a world; touchstone_select() alone may be
+ * called from others. Set-up may allocate; touchstone_frame() does not, once warm.
  */
 typedef struct touchstone_world touchstone_world;
 /** Names an object of a world for as long as it lives; never reused. */
@@ -222,7 +223,7 @@ typedef struct touchstone_command {
 /** An event of a frame: of a pair of solids, or of a command (b: TOUCHSTONE_NO_OBJECT). */
 typedef struct touchstone_event {
   touchstone_object a, b;
-  uint32_t solid_a, solid_b;    /**< within their objects, in the order of touchstone_add_object() */
+  uint32_t solid_a, solid_b; /**< within their objects, in the order of touchstone_add_object() */
   int32_t kind;
   uint32_t part;                /**< 0: the commanded paths; then the sub-steps of slides */
   double s;                     /**< within the part, 0 to 1 */
@@ -263,25 +264,91 @@ touchstone_code touchstone_remove_object(touchstone_world* world, touchstone_obj
 touchstone_code touchstone_set_policy(touchstone_world* world, touchstone_object a, touchstone_object b,
                                       int32_t policy, double warn_distance);
 /** `carried` moves with `carrier` from now on, as they stand; the two are not checked against each other. */
-touchstone_code touchstone_latch(touchstone_world* world, touchstone_object carrier, touchstone_object carried);
+touchstone_code touchstone_latch(touchstone_world* world, touchstone_object carrier,
+                                 touchstone_object carried);
 /** Ends that. */
 touchstone_code touchstone_unlatch(touchstone_world* world, touchstone_object carried);
 /**
  * Switches checks from the next frame on, from any thread: of everything (a and b TOUCHSTONE_NO_OBJECT), of
  * an object (b that), of a pair. @param on 0: off.
  */
-touchstone_code touchstone_select(touchstone_world* world, touchstone_object a, touchstone_object b, int32_t on);
+touchstone_code touchstone_select(touchstone_world* world, touchstone_object a, touchstone_object b,
+                                  int32_t on);
 /** Takes up all set-up so far, which a frame would do else. */
 touchstone_code touchstone_prepare(touchstone_world* world);
 /**
- * Moves what is commanded as far as the rules allow. A pose that is none is reported (TOUCHSTONE_REFUSED) and its
- * object stays. @return TOUCHSTONE_BAD_INPUT for an object that is none: nothing moved.
+ * Moves what is commanded as far as the rules allow. A pose that is none is reported (TOUCHSTONE_REFUSED) and
+ * its object stays. @return TOUCHSTONE_BAD_INPUT for an object that is none: nothing moved.
  */
 touchstone_code touchstone_frame(touchstone_world* world, const touchstone_command* commands, size_t count,
                                  touchstone_report* out);
 /** X_WO of objects, as the last frame left them. @param poses `count` of them. */
-touchstone_code touchstone_get_poses(const touchstone_world* world, const touchstone_object* objects, size_t count,
-                                     touchstone_pose* poses);
+touchstone_code touchstone_get_poses(const touchstone_world* world, const touchstone_object* objects,
+                                     size_t count, touchstone_pose* poses);
+
+/** touchstone_add_object() of one that is in groups. @param groups `group_count` names; 64 groups a world. */
+touchstone_code touchstone_add_object_in_groups(touchstone_world* world, const char* name,
+                                                const double* corners, size_t solids,
+                                                const touchstone_pose* X_WO, int32_t is_static,
+                                                const char* const* groups, size_t group_count,
+                                                touchstone_object* out);
+/** The rule of all pairs with one object in each group (one group twice: within it); a pair's own comes
+ * before it. */
+touchstone_code touchstone_set_group_policy(touchstone_world* world, const char* first, const char* second,
+                                            int32_t policy, double warn_distance);
+/** touchstone_select() of every object in a group. */
+touchstone_code touchstone_select_group(touchstone_world* world, const char* group, int32_t on);
+
+/** Work that a mover's slide may take unless set otherwise. */
+#define TOUCHSTONE_MOVER_WORK 16384u
+
+/** The budget of a frame's slides (SlideBudget of contact_world.hpp); commanded paths do not count. */
+typedef struct touchstone_slide_budget {
+  uint64_t pairs;      /**< near pairs, of all slides; UINT64_MAX: no limit. The same on every machine */
+  double seconds;      /**< by the clock [s], >= 0; infinite: no limit. The cut differs from run to run */
+  uint64_t mover_work; /**< of each mover by itself: rows, steps and looks, 0.2 to 1 us each */
+} touchstone_slide_budget;
+
+/** For all frames from now on. @param budget NULL: no limit but TOUCHSTONE_MOVER_WORK, as before the first
+ * call. */
+touchstone_code touchstone_set_slide_budget(touchstone_world* world, const touchstone_slide_budget* budget);
+/** The one in force. */
+touchstone_code touchstone_get_slide_budget(const touchstone_world* world, touchstone_slide_budget* out);
+/** Movers whose slides the budget ended in the last frame; valid until the next. Where they stopped is safe.
+ */
+touchstone_code touchstone_get_cut_off(const touchstone_world* world, const touchstone_object** out,
+                                       size_t* count);
+
+/** How stiffly a hand holds an object (HandStiffness of contact_world.hpp): springs at a tool frame T of the
+ * object. */
+typedef struct touchstone_hand {
+  touchstone_pose X_OT;  /**< T in the object; read where has_tool is not 0 */
+  int32_t has_tool;      /**< 0: T is at the centre of mass of all that moves, along the object's axes */
+  int32_t reserved;      /**< 0 */
+  double translation[3]; /**< along T's axes [N/m]; > 0, within a factor of 1e6 */
+  double turning[3];     /**< about T's axes [N m/rad]; as these, and 1e-6 to 1e6 m2 of them */
+} touchstone_hand;
+
+/** A hand's forces at a frame's end (HandFeel of contact_world.hpp). */
+typedef struct touchstone_feel {
+  touchstone_object object;
+  double p_W[3];        /**< T's origin [m] */
+  double lag_W[3];      /**< from there to where the command has it [m] */
+  double turn_lag_W[3]; /**< axis times angle [rad] */
+  double force_W[3];    /**< of the contacts [N] */
+  double moment_W[3];   /**< about p_W [N m] */
+} touchstone_feel;
+
+/**
+ * How stiffly the object is held where it is commanded; it decides how slides yield.
+ * @param object TOUCHSTONE_NO_OBJECT: of all that were given none of their own, without a tool frame.
+ * @param hand NULL: the metric of its mass instead, and 1 N/m to scale forces.
+ */
+touchstone_code touchstone_set_hand(touchstone_world* world, touchstone_object object,
+                                    const touchstone_hand* hand);
+/** Of every object that slid in the last frame or was commanded to; valid until the next. */
+touchstone_code touchstone_get_feels(const touchstone_world* world, const touchstone_feel** out,
+                                     size_t* count);
 
 #ifdef __cplusplus
 }

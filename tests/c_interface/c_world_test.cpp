@@ -1,8 +1,10 @@
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -187,6 +189,138 @@ TEST(CWorld, FramesDoNotAllocate) {
   EXPECT_GT(report.event_count, 0u);
 }
 
+// ---- groups, budgets and hands
+
+/// The same crowd through C and C++: boxes in two groups that slide into each other.
+struct TwoWorlds {
+  BackendRegistry registry;
+  std::unique_ptr<ContactWorld> cpp;
+  CWorld c;
+  std::vector<ObjectHandle> handles;
+  Random random{2127};
+
+  TwoWorlds() {
+    register_core(registry);
+    cpp = std::make_unique<ContactWorld>(make_native(), registry.make_broadphase("native"), kDefaultGap);
+    for (int i = 0; i < kBoxes; ++i) {
+      const Hexahedron box = Hexahedron::from_size({0.8, 0.9, 1.0});
+      const std::string name = "box" + std::to_string(i), group = i % 2 == 0 ? "even" : "odd";
+      const auto tree =
+          std::make_shared<const HexahedronTree>(std::vector<PlacedHexahedron>{{"0", box, Pose{}}}, name);
+      handles.push_back(cpp->add({tree, start_of(i), i % 7 == 0, {group}}));
+      const std::vector<double> corners = c_interface::corners_of({&box, 1});
+      const touchstone_pose X = c_pose(start_of(i));
+      const char* groups[] = {group.c_str()};
+      touchstone_object made = TOUCHSTONE_NO_OBJECT;
+      EXPECT_EQ(touchstone_add_object_in_groups(c.world.get(), name.c_str(), corners.data(), 1, &X,
+                                                i % 7 == 0 ? 1 : 0, groups, 1, &made),
+                TOUCHSTONE_OK)
+          << touchstone_error();
+      c.objects.push_back(made);
+    }
+  }
+
+  /// One frame of both; every pose, cut and hand must have the same bits. Returns how many were cut off.
+  std::size_t step() {
+    std::vector<MotionCommand> commands;
+    std::vector<touchstone_command> c_commands;
+    for (std::size_t i = 0; i < handles.size(); ++i) {
+      if (i % 7 == 0) continue;
+      Pose goal = cpp->actual_pose(handles[i]);
+      goal.p += random.vector(0.25);
+      commands.push_back(cpp->go_to(handles[i], goal));
+      c_commands.push_back({c.objects[i], c_pose(goal)});
+    }
+    const FrameReport report = cpp->frame(commands);
+    c.frame(c_commands);
+    const touchstone_object* cut = nullptr;
+    const touchstone_feel* felt = nullptr;
+    std::size_t cuts = 99, feels = 99;
+    EXPECT_EQ(touchstone_get_cut_off(c.world.get(), &cut, &cuts), TOUCHSTONE_OK);
+    EXPECT_EQ(touchstone_get_feels(c.world.get(), &felt, &feels), TOUCHSTONE_OK);
+    EXPECT_EQ(cuts, report.cut_off.size());
+    EXPECT_EQ(feels, report.felt.size());
+    for (std::size_t i = 0; i < std::min(cuts, report.cut_off.size()); ++i)
+      EXPECT_TRUE(same_bits(cut[i], report.cut_off[i]));
+    for (std::size_t i = 0; i < std::min(feels, report.felt.size()); ++i) {
+      EXPECT_TRUE(same_bits(felt[i].object, report.felt[i].object));
+      EXPECT_TRUE(same_bits(felt[i].lag_W, report.felt[i].lag_W));
+      EXPECT_TRUE(same_bits(felt[i].turn_lag_W, report.felt[i].turn_lag_W));
+      EXPECT_TRUE(same_bits(felt[i].force_W, report.felt[i].force_W));
+      EXPECT_TRUE(same_bits(felt[i].moment_W, report.felt[i].moment_W));
+      largest_force = std::max(largest_force, std::abs(felt[i].force_W[0]));
+    }
+    for (std::size_t i = 0; i < handles.size(); ++i)
+      EXPECT_TRUE(same_bits(c.pose(c.objects[i]), cpp->actual_pose(handles[i]))) << i;
+    return cuts;
+  }
+  double largest_force = 0.0;
+};
+
+constexpr touchstone_hand kSoftHand{{}, 0, 0, {100, 200, 300}, {1, 2, 3}};
+
+TEST(CWorldHands, SlidesYieldAndFeelAsThroughCpp) {
+  TwoWorlds both;
+  PairRule slide;
+  slide.policy = ContactPolicy::slide;
+  slide.warn_distance = 0.0;
+  both.cpp->set_group_rule("even", "odd", slide);
+  ASSERT_EQ(touchstone_set_group_policy(both.c.world.get(), "even", "odd", TOUCHSTONE_SLIDE, 0.0),
+            TOUCHSTONE_OK);
+  HandStiffness soft;
+  soft.translation = {100, 200, 300};
+  soft.turning = {1, 2, 3};
+  both.cpp->set_default_hand(soft);
+  ASSERT_EQ(touchstone_set_hand(both.c.world.get(), TOUCHSTONE_NO_OBJECT, &kSoftHand), TOUCHSTONE_OK);
+  HandStiffness tool;
+  tool.X_OT = at(0.1, 0.2, -0.3);
+  both.cpp->set_hand(both.handles[3], tool);
+  const touchstone_hand c_tool{c_pose(at(0.1, 0.2, -0.3)), 1, 0, {500, 500, 500}, {500, 500, 500}};
+  ASSERT_EQ(touchstone_set_hand(both.c.world.get(), both.c.objects[3], &c_tool), TOUCHSTONE_OK);
+  both.cpp->set_hand(both.handles[4], std::nullopt);
+  ASSERT_EQ(touchstone_set_hand(both.c.world.get(), both.c.objects[4], nullptr), TOUCHSTONE_OK);
+  for (int frame = 0; frame < 12; ++frame) both.step();
+  EXPECT_GT(both.largest_force, 0.0);
+}
+
+TEST(CWorldHands, ABudgetCutsOffWhomItCutsInCpp) {
+  TwoWorlds both;
+  PairRule slide;
+  slide.policy = ContactPolicy::slide;
+  both.cpp->set_default_rule(slide);
+  ASSERT_EQ(touchstone_set_policy(both.c.world.get(), TOUCHSTONE_NO_OBJECT, TOUCHSTONE_NO_OBJECT,
+                                  TOUCHSTONE_SLIDE, 0.0),
+            TOUCHSTONE_OK);
+  touchstone_slide_budget budget{};
+  ASSERT_EQ(touchstone_get_slide_budget(both.c.world.get(), &budget), TOUCHSTONE_OK);
+  EXPECT_EQ(budget.pairs, UINT64_MAX);
+  EXPECT_TRUE(std::isinf(budget.seconds));
+  EXPECT_EQ(budget.mover_work, kMoverWork);
+  budget.pairs = 60;
+  both.cpp->set_slide_budget({60, kInfinity, kMoverWork});
+  ASSERT_EQ(touchstone_set_slide_budget(both.c.world.get(), &budget), TOUCHSTONE_OK);
+  std::size_t cuts = 0;
+  for (int frame = 0; frame < 12; ++frame) cuts += both.step();
+  EXPECT_GT(cuts, 10u);
+  both.cpp->set_slide_budget({});
+  ASSERT_EQ(touchstone_set_slide_budget(both.c.world.get(), nullptr), TOUCHSTONE_OK);
+  cuts = 0;
+  for (int frame = 0; frame < 6; ++frame) cuts += both.step();
+  EXPECT_EQ(cuts, 0u);
+}
+
+TEST(CWorldHands, AGroupIsSwitchedOff) {
+  TwoWorlds both;
+  both.cpp->select(SelectionChange::of_group("odd", false));
+  ASSERT_EQ(touchstone_select_group(both.c.world.get(), "odd", 0), TOUCHSTONE_OK);
+  for (int frame = 0; frame < 8; ++frame) both.step();
+  double overlap = 0.0;  // those that are off may pass through each other
+  for (std::size_t i = 1; i < both.handles.size(); i += 2)
+    overlap = std::max(overlap,
+                       (both.cpp->actual_pose(both.handles[i]).p - start_of(static_cast<int>(i)).p).norm());
+  EXPECT_GT(overlap, 0.3);
+}
+
 // ---- bad calls
 
 class BadWorldCalls : public testing::Test {
@@ -220,6 +354,36 @@ TEST_F(BadWorldCalls, UnknownNamesAndFigures) {
   refused(touchstone_set_policy(c.world.get(), box, other, 4, 0.0), "policy: 4 is none");
   refused(touchstone_set_policy(c.world.get(), box, other, TOUCHSTONE_HOLD, kNaN), "warn");
   refused(touchstone_select(c.world.get(), TOUCHSTONE_NO_OBJECT, box, 1), "a: is no object");
+}
+
+TEST_F(BadWorldCalls, BudgetsHandsAndGroups) {
+  const touchstone_slide_budget backwards{1, -1.0, 1};
+  refused(touchstone_set_slide_budget(c.world.get(), &backwards), "a slide budget of -1");
+  touchstone_slide_budget budget{};
+  ASSERT_EQ(touchstone_get_slide_budget(c.world.get(), &budget), TOUCHSTONE_OK);
+  EXPECT_TRUE(std::isinf(budget.seconds));
+  touchstone_hand hand = kSoftHand;
+  hand.translation[1] = 0.0;
+  EXPECT_EQ(touchstone_set_hand(c.world.get(), box, &hand), TOUCHSTONE_BAD_INPUT);
+  hand = kSoftHand;
+  hand.has_tool = 1;  // all zeros: no rotation
+  EXPECT_EQ(touchstone_set_hand(c.world.get(), box, &hand), TOUCHSTONE_BAD_INPUT);
+  hand.X_OT = c_pose(Pose{});
+  EXPECT_EQ(touchstone_set_hand(c.world.get(), TOUCHSTONE_NO_OBJECT, &hand), TOUCHSTONE_BAD_INPUT);
+  refused(touchstone_set_hand(nullptr, box, nullptr), "world: is NULL");
+  refused(touchstone_set_group_policy(c.world.get(), "a", nullptr, TOUCHSTONE_HOLD, 0.0), "second: is NULL");
+  refused(touchstone_set_group_policy(c.world.get(), "a", "b", 9, 0.0), "policy: 9 is none");
+  refused(touchstone_select_group(c.world.get(), nullptr, 1), "group: is NULL");
+  EXPECT_EQ(touchstone_select_group(c.world.get(), std::string(4096, 'x').c_str(), 1), TOUCHSTONE_BAD_INPUT);
+  refused(touchstone_get_feels(c.world.get(), nullptr, nullptr), "out: is NULL");
+  refused(touchstone_get_cut_off(c.world.get(), nullptr, nullptr), "out: is NULL");
+  const std::vector<double> good = c_interface::corners_of(std::vector{Hexahedron::from_size({1, 1, 1})});
+  const touchstone_pose X = c_pose(at(9, 0, 0));
+  touchstone_object made = 5;
+  const char* none[] = {nullptr};
+  refused(touchstone_add_object_in_groups(c.world.get(), "grouped", good.data(), 1, &X, 0, none, 1, &made),
+          "groups: is NULL");
+  EXPECT_EQ(made, 5u);
 }
 
 TEST_F(BadWorldCalls, AnObjectThatIsGoneMovesNothing) {

@@ -12,13 +12,40 @@ static void must(int holds, const char* what) {
   exit(1);
 }
 
+/* By a hand of 200 N/m, off the face by what is left of the step. */
+static void slide_along(touchstone_world* world, touchstone_object mover, const touchstone_pose* goal) {
+  const touchstone_hand hand = {*goal, 0, 0, {200.0, 200.0, 200.0}, {1.0, 1.0, 1.0}};
+  const touchstone_slide_budget budget = {UINT64_MAX, 1.0, TOUCHSTONE_MOVER_WORK};
+  const touchstone_object* cut_off;
+  const touchstone_feel* felt;
+  size_t cuts, hands;
+  touchstone_report report;
+  touchstone_command command = {mover, *goal};
+  command.X_WO.p[1] = 0.25;
+  must(touchstone_set_policy(world, TOUCHSTONE_NO_OBJECT, TOUCHSTONE_NO_OBJECT, TOUCHSTONE_SLIDE, 0.0) == TOUCHSTONE_OK, "policy");
+  must(touchstone_set_hand(world, mover, &hand) == TOUCHSTONE_OK, "hand");
+  must(touchstone_set_slide_budget(world, &budget) == TOUCHSTONE_OK, "budget");
+  must(touchstone_frame(world, &command, 1, &report) == TOUCHSTONE_OK, "frame");
+  must(touchstone_get_cut_off(world, &cut_off, &cuts) == TOUCHSTONE_OK && cuts == 0, "cut off");
+  must(touchstone_get_feels(world, &felt, &hands) == TOUCHSTONE_OK && hands == 1 && felt[0].object == mover, "feels");
+  must(felt[0].lag_W[0] > 0.999 && felt[0].lag_W[0] < 1.001, "lag");
+  must(felt[0].force_W[0] < -199.0 && felt[0].force_W[0] > -201.0, "force");
+  touchstone_pose end;
+  must(touchstone_get_poses(world, &mover, 1, &end) == TOUCHSTONE_OK, "poses");
+  must(end.p[1] > 0.249 && end.p[1] < 0.251, "it slides along the wall");
+  must(touchstone_select_group(world, "walls", 0) == TOUCHSTONE_OK, "selection");
+  must(touchstone_frame(world, &command, 1, &report) == TOUCHSTONE_OK, "frame");
+  must(touchstone_get_poses(world, &mover, 1, &end) == TOUCHSTONE_OK && end.p[0] > 1.49, "through a wall that is switched off");
+}
+
 static void move_against(const double* corners, const touchstone_pose* poses) {
   touchstone_world* world = NULL;
   touchstone_object mover, wall;
   touchstone_report report;
   must(touchstone_create_world("native", 0.0, &world) == TOUCHSTONE_OK, "world");
+  const char* const walls[] = {"walls"};
   must(touchstone_add_object(world, "mover", corners, 1, &poses[0], 0, &mover) == TOUCHSTONE_OK, "mover");
-  must(touchstone_add_object(world, "wall", corners, 1, &poses[1], 1, &wall) == TOUCHSTONE_OK, "wall");
+  must(touchstone_add_object_in_groups(world, "wall", corners, 1, &poses[1], 1, walls, 1, &wall) == TOUCHSTONE_OK, "wall");
   must(touchstone_set_policy(world, TOUCHSTONE_NO_OBJECT, TOUCHSTONE_NO_OBJECT, TOUCHSTONE_ADVANCE, 0.0) == TOUCHSTONE_OK, "policy");
   const touchstone_command command = {mover, poses[1]};
   must(touchstone_frame(world, &command, 1, &report) == TOUCHSTONE_OK, "frame");
@@ -26,6 +53,7 @@ static void move_against(const double* corners, const touchstone_pose* poses) {
   touchstone_pose end;
   must(touchstone_get_poses(world, &mover, 1, &end) == TOUCHSTONE_OK, "poses");
   must(end.p[0] > 0.499 && end.p[0] < 0.5, "it stops at the wall");
+  slide_along(world, mover, &poses[1]);
   touchstone_destroy_world(world);
 }
 

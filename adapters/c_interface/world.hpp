@@ -1,0 +1,46 @@
+#pragma once
+
+#include <bit>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "touchstone/adapters/c_interface/touchstone.h"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/world/contact_world.hpp"
+
+// Shared by the functions of a world.
+
+struct touchstone_world {
+  touchstone::ContactWorld world;
+  std::vector<touchstone::MotionCommand> commands;  ///< of a frame; kept for their room
+  std::vector<touchstone_event> events;             ///< of the last frame, as what follows
+  std::vector<touchstone_object> cut_off;
+  std::vector<touchstone_feel> felt;
+};
+
+namespace touchstone::c_interface {
+
+inline touchstone_object number_of(ObjectHandle object) {
+  return object == ObjectHandle{} ? TOUCHSTONE_NO_OBJECT : std::bit_cast<touchstone_object>(object);
+}
+inline ObjectHandle object_of(touchstone_object number) {
+  return number == TOUCHSTONE_NO_OBJECT ? ObjectHandle{} : std::bit_cast<ObjectHandle>(number);
+}
+
+inline const Pose& pose_of(const touchstone_pose& X) { return reinterpret_cast<const Pose&>(X); }
+
+/// @throws InputError: a policy that is none.
+inline PairRule rule_of(int32_t policy, double warn_distance) {
+  if (policy < TOUCHSTONE_CUE || policy > TOUCHSTONE_SLIDE)
+    reject("policy", std::to_string(policy) + " is none");
+  PairRule rule;
+  rule.policy = static_cast<ContactPolicy>(policy);
+  rule.warn_distance = warn_distance;
+  return rule;
+}
+
+/// Keeps what a frame's report says of slides that were cut off and of hands.
+void keep_hands(touchstone_world& world, const FrameReport& report);
+
+}  // namespace touchstone::c_interface
