@@ -1,6 +1,11 @@
 """An engine as a process in Python, binary protocol, with NumPy: `serve` reads solids and pairs and writes what it is told."""
 import json
+import os
 import sys
+
+# stdout is the answers': what a package prints, and it may be anything, goes to stderr.
+ANSWERS = os.fdopen(os.dup(1), "wb")
+os.dup2(2, 1)
 
 
 def need(package):
@@ -71,11 +76,12 @@ def ask_alone(path, build, answer, with_manifold):
 def serve(build, answer, **greeting):
     """build(corners: solids x 8 x 3 [m]); answer(head, pairs, slots) writes the answers to some pairs into their slots.
     With --pair FILE: prints its answers to one pair instead."""
-    if sys.argv[1:2] == ["--pair"]:
+    if "--pair" in sys.argv:
+        os.dup2(ANSWERS.fileno(), 1)
         print(greeting["description"])
-        ask_alone(sys.argv[2], build, answer, greeting.get("manifold", False))
+        ask_alone(sys.argv[sys.argv.index("--pair") + 1], build, answer, greeting.get("manifold", False))
         return
-    stdin, stdout = sys.stdin.buffer, sys.stdout.buffer
+    stdin, stdout = sys.stdin.buffer, ANSWERS
     stdout.write(json.dumps({"touchstone": 1, "format": "binary", **greeting}).encode() + b"\n")
     stdout.flush()
     while (heads := read(stdin, HEAD, 1)) is not None:
