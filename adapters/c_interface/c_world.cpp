@@ -46,13 +46,6 @@ touchstone_event event_of(const ContactEvent& event) {
   return out;
 }
 
-std::vector<PlacedHexahedron> placed_solids(const double* corners, std::size_t solids) {
-  std::vector<PlacedHexahedron> placed;
-  for (Hexahedron& solid : c_interface::solids_from_corners({corners, solids * c_interface::kCornerDoubles}))
-    placed.push_back({std::to_string(placed.size()), std::move(solid), Pose{}});
-  return placed;
-}
-
 SelectionChange change_of(touchstone_object a, touchstone_object b, bool on) {
   if (a == TOUCHSTONE_NO_OBJECT && b != TOUCHSTONE_NO_OBJECT) reject("a", "is no object, though b is one");
   if (a == TOUCHSTONE_NO_OBJECT) return SelectionChange::of_everything(on);
@@ -62,6 +55,13 @@ SelectionChange change_of(touchstone_object a, touchstone_object b, bool on) {
 
 }  // namespace
 
+std::vector<PlacedHexahedron> c_interface::placed_solids(const double* corners, std::size_t solids) {
+  std::vector<PlacedHexahedron> placed;
+  for (Hexahedron& solid : c_interface::solids_from_corners({corners, solids * c_interface::kCornerDoubles}))
+    placed.push_back({std::to_string(placed.size()), std::move(solid), Pose{}});
+  return placed;
+}
+
 touchstone_code touchstone_create_world(const char* backend, double gap, touchstone_world** out) {
   return guarded([&] {
     require(backend, "backend");
@@ -69,6 +69,7 @@ touchstone_code touchstone_create_world(const char* backend, double gap, touchst
     auto made = std::unique_ptr<touchstone_world>(new touchstone_world{
         ContactWorld(registry().make_narrowphase(backend), registry().make_broadphase("native"),
                      gap == 0.0 ? kDefaultGap : gap),
+        {},
         {},
         {},
         {},
@@ -102,7 +103,7 @@ touchstone_code touchstone_add_object_in_groups(touchstone_world* world, const c
       require(groups[i], "groups");
       names.emplace_back(groups[i]);
     }
-    auto tree = std::make_shared<const HexahedronTree>(placed_solids(corners, solids), name);
+    auto tree = std::make_shared<const HexahedronTree>(c_interface::placed_solids(corners, solids), name);
     *out = number_of(world->world.add({std::move(tree), pose_of(*X_WO), is_static != 0, std::move(names)}));
   });
 }
@@ -158,14 +159,25 @@ touchstone_code touchstone_prepare(touchstone_world* world) {
 
 touchstone_code touchstone_frame(touchstone_world* world, const touchstone_command* commands, size_t count,
                                  touchstone_report* out) {
+  return touchstone_frame_with_joints(world, commands, count, nullptr, 0, out);
+}
+
+touchstone_code touchstone_frame_with_joints(touchstone_world* world, const touchstone_command* commands,
+                                             size_t count, const touchstone_joint_command* joints,
+                                             size_t joint_count, touchstone_report* out) {
   return guarded([&] {
     require(world, "world");
     require(out, "out");
     if (count > 0) require(commands, "commands");
+    if (joint_count > 0) require(joints, "joints");
+    // All commands are looked at before anything moves.
     world->commands.clear();
     for (std::size_t i = 0; i < count; ++i)
       world->commands.push_back(world->world.go_to(object_of(commands[i].object), pose_of(commands[i].X_WO)));
-    const FrameReport report = world->world.frame(world->commands);
+    world->joint_commands.clear();
+    for (std::size_t i = 0; i < joint_count; ++i)
+      world->joint_commands.push_back(c_interface::joint_command_of(*world, joints[i]));
+    const FrameReport report = world->world.frame(world->commands, world->joint_commands);
     world->events.clear();
     for (const ContactEvent& event : report.events) world->events.push_back(event_of(event));
     c_interface::keep_hands(*world, report);

@@ -350,6 +350,99 @@ touchstone_code touchstone_set_hand(touchstone_world* world, touchstone_object o
 touchstone_code touchstone_get_feels(const touchstone_world* world, const touchstone_feel** out,
                                      size_t* count);
 
+/** Names a mechanism of a world for as long as it lives; never reused. */
+typedef uint64_t touchstone_mechanism;
+
+/** Values of touchstone_joint::kind. */
+enum {
+  TOUCHSTONE_FIXED = 0,
+  TOUCHSTONE_REVOLUTE = 1, /**< turns about its axis [rad] */
+  TOUCHSTONE_PRISMATIC = 2 /**< shifts along it [m] */
+};
+
+/** A rigid part of a mechanism. */
+typedef struct touchstone_link {
+  const char* name;
+  const double* corners; /**< of its solids in its frame, as touchstone_build(); NULL where there are none */
+  size_t solids;
+} touchstone_link;
+
+/** At value q the child stands in the parent at X_PJ J(q): J turns about axis_J or shifts along it by q. */
+typedef struct touchstone_joint {
+  const char* name;
+  const char* parent; /**< names of links */
+  const char* child;
+  int32_t kind;
+  int32_t reserved; /**< 0 */
+  touchstone_pose X_PJ;
+  double axis_J[3]; /**< unit; not read of a fixed one */
+  double lower;     /**< [rad] or [m]; infinite: no limit */
+  double upper;
+} touchstone_joint;
+
+/** What a mechanism is made from (MechanismDescription of mechanism.hpp): a tree of links. */
+typedef struct touchstone_mechanism_description {
+  const char* name; /**< unique in the world; its links are objects `name.link` */
+  const touchstone_link* links;
+  size_t link_count;
+  const touchstone_joint* joints;
+  size_t joint_count;
+  const char* base; /**< the link that is held; NULL: the first */
+} touchstone_mechanism_description;
+
+/** Joint values at a frame's end, one a joint that moves, in the order of the description; all reached
+ * evenly. */
+typedef struct touchstone_joint_command {
+  touchstone_mechanism mechanism;
+  const double* values;
+  size_t count;
+} touchstone_joint_command;
+
+/** How stiffly a hand holds a mechanism: springs at a tool frame T of a link (ArmHandStiffness of
+ * contact_world.hpp). */
+typedef struct touchstone_arm_hand {
+  const char* link; /**< some joint moves it */
+  touchstone_pose X_LT;
+  double translation[3]; /**< as touchstone_hand */
+  double turning[3];
+  const double*
+      joints; /**< springs at the joints' commanded values, joint_count; NULL: a hundredth of the least k */
+  size_t joint_count;
+} touchstone_arm_hand;
+
+/**
+ * Adds a mechanism: all of its links are one mover, stopped together.
+ * @param X_WB of its base, which stands still.
+ * @param values joint values to begin with, `count` of them; NULL: all 0.
+ */
+touchstone_code touchstone_add_mechanism(touchstone_world* world,
+                                         const touchstone_mechanism_description* description,
+                                         const touchstone_pose* X_WB, const double* values, size_t count,
+                                         touchstone_mechanism* out);
+/** The same of a bundled arm: model "ssrms", "ssrms_on_transporter", "spdm", "spdm_arm"; NULL values: its
+ * reference. */
+touchstone_code touchstone_add_arm(touchstone_world* world, const char* name, const char* model,
+                                   const touchstone_pose* X_WB, const double* values, size_t count,
+                                   touchstone_mechanism* out);
+/** Takes it from the world. @return TOUCHSTONE_BAD_INPUT where a link carries an object. */
+touchstone_code touchstone_remove_mechanism(touchstone_world* world, touchstone_mechanism mechanism);
+/** The object that a link with solids is: for policies, latches, selection, events and poses. */
+touchstone_code touchstone_get_link(const touchstone_world* world, touchstone_mechanism mechanism,
+                                    const char* link, touchstone_object* out);
+/** Actual joint values; valid until the mechanism is removed. */
+touchstone_code touchstone_get_joints(const touchstone_world* world, touchstone_mechanism mechanism,
+                                      const double** values, size_t* count);
+/** As touchstone_set_hand(). NULL: all joint values weigh alike. */
+touchstone_code touchstone_set_arm_hand(touchstone_world* world, touchstone_mechanism mechanism,
+                                        const touchstone_arm_hand* hand);
+/**
+ * touchstone_frame() with mechanisms. Values beyond limits are taken as these (TOUCHSTONE_AT_LIMIT); a wrong
+ * number, or one that is not finite, is reported (TOUCHSTONE_REFUSED) and the mechanism stays.
+ */
+touchstone_code touchstone_frame_with_joints(touchstone_world* world, const touchstone_command* commands,
+                                             size_t count, const touchstone_joint_command* joints,
+                                             size_t joint_count, touchstone_report* out);
+
 #ifdef __cplusplus
 }
 #endif

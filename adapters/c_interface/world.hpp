@@ -14,7 +14,8 @@
 struct touchstone_world {
   touchstone::ContactWorld world;
   std::vector<touchstone::MotionCommand> commands;  ///< of a frame; kept for their room
-  std::vector<touchstone_event> events;             ///< of the last frame, as what follows
+  std::vector<touchstone::JointCommand> joint_commands;
+  std::vector<touchstone_event> events;  ///< of the last frame, as what follows
   std::vector<touchstone_object> cut_off;
   std::vector<touchstone_feel> felt;
 };
@@ -30,6 +31,16 @@ inline ObjectHandle object_of(touchstone_object number) {
 
 inline const Pose& pose_of(const touchstone_pose& X) { return reinterpret_cast<const Pose&>(X); }
 
+inline touchstone_mechanism number_of(MechanismHandle mechanism) {
+  return std::bit_cast<touchstone_mechanism>(mechanism);
+}
+inline MechanismHandle mechanism_of(touchstone_mechanism number) {
+  return std::bit_cast<MechanismHandle>(number);
+}
+
+/// @throws InputError: no hexahedron. Solids are named by their index.
+std::vector<PlacedHexahedron> placed_solids(const double* corners, std::size_t solids);
+
 /// @throws InputError: a policy that is none.
 inline PairRule rule_of(int32_t policy, double warn_distance) {
   if (policy < TOUCHSTONE_CUE || policy > TOUCHSTONE_SLIDE)
@@ -39,6 +50,9 @@ inline PairRule rule_of(int32_t policy, double warn_distance) {
   rule.warn_distance = warn_distance;
   return rule;
 }
+
+/// Borrows the values. @throws InputError: a mechanism that is none, no values.
+JointCommand joint_command_of(const touchstone_world& world, const touchstone_joint_command& command);
 
 /// Keeps what a frame's report says of slides that were cut off and of hands.
 void keep_hands(touchstone_world& world, const FrameReport& report);
