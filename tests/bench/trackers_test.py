@@ -1,0 +1,62 @@
+"""examples/bench/trackers.py without engines: what is red, and that every case of trackers.json is there."""
+import json
+import math
+import pathlib
+import sys
+import unittest
+
+BENCH = pathlib.Path(__file__).resolve().parents[2] / "examples/bench"
+sys.path.insert(0, str(BENCH))
+import trackers  # noqa: E402
+
+NAN3 = (math.nan,) * 3
+
+
+def kinds(answer, known):
+    return {kind for kind, _, _ in trackers.faults(answer, known)}
+
+
+class Faults(unittest.TestCase):
+    contact = (True, -0.1, [0.0, 0.0, 1.0], 2.0)
+    apart = (False, 0.5, [0.0, 0.0, 1.0], 2.0)
+
+    def test_a_right_answer_is_none(self):
+        self.assertEqual(kinds([("overlap", "overlapping", math.inf, None), ("distance", "overlapping", -0.1, (0, 0, 1))], self.contact), set())
+        self.assertEqual(kinds([("overlap", "separated", math.inf, None), ("manifold", "separated", math.inf, NAN3)], self.apart), set())
+
+    def test_a_wrong_class_is_red_however_near(self):
+        self.assertEqual(kinds([("overlap", "separated", math.inf, None)], (True, -1e-9, None, 2.0)), {"missed"})
+        self.assertEqual(kinds([("overlap", "overlapping", math.inf, None)], (False, 1e-9, None, 2.0)), {"phantom"})
+
+    def test_half_a_depth_and_a_huge_distance_are_red(self):
+        self.assertEqual(kinds([("manifold", "overlapping", -0.05, (0, 0, 1))], self.contact), {"separation"})
+        self.assertEqual(kinds([("distance", "overlapping", -1.79e308, NAN3)], self.apart), {"separation", "phantom"})
+
+    def test_below_a_thousandth_of_the_scale_is_not(self):
+        self.assertEqual(kinds([("distance", "overlapping", -0.1 + 1.9e-3, (0, 0, 1))], self.contact), set())
+        self.assertEqual(kinds([("distance", "overlapping", -0.1 + 2.1e-3, (0, 0, 1))], self.contact), {"separation"})
+
+    def test_no_figure_and_another_normal_are_red(self):
+        self.assertEqual(kinds([("distance", "overlapping", math.nan, NAN3)], self.contact), {"separation"})
+        self.assertEqual(kinds([("distance", "overlapping", -0.1, (0, 1, 0))], self.contact), {"normal"})
+
+    def test_what_is_not_answered_is_none(self):
+        self.assertEqual(kinds([("distance", "undecided", -0.1, NAN3), ("manifold", "unsupported", math.nan, NAN3)], self.contact), set())
+
+
+class Listed(unittest.TestCase):
+    def test_every_case_is_there_and_as_published(self):
+        cases, listed = trackers.load_cases(), json.loads((BENCH / "trackers.json").read_text())
+        for bug in listed["asked"]:
+            self.assertLessEqual(set(bug["symptoms"]), {"missed", "phantom", "separation", "normal"}, bug["bug"])
+            self.assertTrue((trackers.ADAPTERS / bug["engine"]).exists(), bug["engine"])
+            for name in bug["cases"]:
+                self.assertIn(name, cases)
+        for name, distance in (("mujoco-2710", 0.1), ("mujoco_warp-1635", -0.01), ("newton-2622-like-1", 0.00142)):
+            contact, exact, _, _ = trackers.truth(cases[name])
+            self.assertEqual(contact, distance < 0)
+            self.assertAlmostEqual(exact, distance, places=12)
+
+
+if __name__ == "__main__":
+    unittest.main()
