@@ -392,10 +392,17 @@ struct SeenPair {
 /// with their bodies, and of the edges in contact, the one that lets most of the motion through.
 class WidestStretch {
  public:
-  /// @param from_afar the threshold of a pair that is not in contact; 0: it is.
+  /// @param threshold of the path. @param in_contact else no plane may keep less than that.
   WidestStretch(const PlacedSolid& a, const PlacedSolid& b, const GapRule& rule, double scale,
-                double from_afar, double longest, const Stretch& so_far)
-      : a_(a), b_(b), rule_(rule), scale_(scale), from_afar_(from_afar), longest_(longest), widest_(so_far) {}
+                double threshold, bool in_contact, double longest, const Stretch& so_far)
+      : a_(a),
+        b_(b),
+        rule_(rule),
+        scale_(scale),
+        from_afar_(in_contact ? 0.0 : threshold),
+        least_(std::min(threshold, 0.5 * rule.gap)),
+        longest_(longest),
+        widest_(so_far) {}
 
   Stretch find(const PairGeometry& geometry) {
     // A pair that stands as low as it may is not to be left without planes by their rounding.
@@ -464,8 +471,11 @@ class WidestStretch {
     return length > 0.5 ? Vector3(outward / length) : Vector3(Vector3::Zero());
   }
 
+  /// In contact what the plane keeps less its rounding, but not look after look: a path of 250 looks would
+  /// sink by as many roundings.
   double threshold_of(double apart) const {
-    return from_afar_ > 0.0 ? from_afar_ : rule_.threshold(std::min(apart, rule_.gap), scale_);
+    return from_afar_ > 0.0 ? from_afar_
+                            : std::max(least_, rule_.threshold(std::min(apart, rule_.gap), scale_));
   }
 
   /// False: the pair is not apart along it.
@@ -483,7 +493,9 @@ class WidestStretch {
   const PlacedSolid& a_;
   const PlacedSolid& b_;
   const GapRule& rule_;
-  double scale_, from_afar_, longest_;
+  double scale_, from_afar_;  // 0: in contact
+  double least_;              // in contact: of all looks of the path
+  double longest_;
   double least_apart_ = 0.0;
   Stretch widest_;
 };
@@ -573,8 +585,7 @@ Stretch find_clear_stretch(const PlacedSolid& a, const PlacedSolid& b, const Pai
   const bool in_contact = geometry.separation <= rule.gap;
   const bool is_slow = stretch.length < kShort * longest || queries > kManyQueries;
   if (geometry.separation <= 0.0 || stretch.at_end || !(in_contact || is_slow)) return stretch;
-  return WidestStretch(a, b, rule, scale_of(a, b), in_contact ? 0.0 : threshold, longest, stretch)
-      .find(geometry);
+  return WidestStretch(a, b, rule, scale_of(a, b), threshold, in_contact, longest, stretch).find(geometry);
 }
 
 }  // namespace touchstone

@@ -8,6 +8,7 @@
 #include <random>
 #include <string>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/motion/narrowphase_query.hpp"
 #include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/contact_core/scene/motion.hpp"
@@ -92,6 +93,20 @@ TEST(Impact, SeamsDoNotStopAMotionAlongThem) {
     const Impact impact = pair.find(path, RigidPath());
     EXPECT_EQ(impact.status, ImpactStatus::clear) << "height " << height;
     EXPECT_LE(impact.queries, 16);
+  }
+}
+
+// Each look may round; a path that sinks by 64 roundings is not let through one by one.
+TEST(Impact, ManyLooksAtAContactDoNotSinkBelowHalfTheGap) {
+  Pair pair({1, 1, 1}, {40, 40, 1});
+  const double rounding = 32 * kUnitRoundoff * 60;
+  for (const double height : {0.5001, 0.502, 0.51}) {
+    const double sinks = (height - 0.5) * kGap + 64 * rounding;
+    const Impact impact =
+        pair.find(RigidPath::by(at(0, 0, 1 + height * kGap), {0.1, 0, -sinks}, {0, 0, 0}), RigidPath());
+    EXPECT_EQ(impact.status, ImpactStatus::blocked) << height;
+    EXPECT_GE(impact.geometry.separation, 0.5 * kGap - rounding) << height;
+    EXPECT_LE(impact.geometry.separation, 0.5 * kGap + rounding) << height;
   }
 }
 
