@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/motion/row_projection.hpp"
 
 namespace touchstone {
@@ -116,14 +117,21 @@ bool raise(std::span<const SlideRow> rows, const Twist& twist, Lifts& lift) {
   return raised;
 }
 
+/// By how much the square of the distance to the goal shrinks.
+double gain_of(const Twist& goal, const TwistMetric& metric_W, const Twist& u) {
+  return 2.0 * inner_product(metric_W, u, goal) - inner_product(metric_W, u, u);
+}
+
 /// False where the rows cannot be raised so far.
+/// @param straight by how much the distance to the goal would shrink if nothing were raised, as gain_of().
 bool project_lifted(const Twist& goal, const TwistMetric& metric_W, std::span<const SlideRow> rows,
-                    bool translation_only, SlidePlan& plan) {
+                    bool translation_only, SlidePlan& plan, double& straight) {
   Lifts lift{};
   const std::span<const double> lifts = std::span(lift).first(rows.size());
   for (int round = 0; round < kLiftRounds; ++round) {
     plan.work += rows.size();
     if (!project(goal, metric_W, rows, lifts, translation_only, plan.twist, plan.active)) return false;
+    if (round == 0) straight = gain_of(goal, metric_W, plan.twist);
     if (!raise(rows, plan.twist, lift)) break;
   }
   // Half the square of the distance grows by the force for each unit that a row is raised.
@@ -137,6 +145,10 @@ bool project_lifted(const Twist& goal, const TwistMetric& metric_W, std::span<co
 
 /// Shortened by no more than this share a plan is whole: what that costs is of second order.
 constexpr double kWhole = 1.0 - 0x1p-12;
+
+/// A plan that gains less than this share of what it would gain if nothing were raised for bends, which is
+/// the most that any gains, is made for half as far as well.
+constexpr double kEnough = 0.25;
 
 /// As far as the distance to the goal shrinks: the share of u; 0: nothing is to be gained.
 double share_that_gains(const Twist& goal, const TwistMetric& metric_W, const Twist& u) {
@@ -204,16 +216,26 @@ SlidePlan plan_slide(const Twist& goal, const TwistMetric& metric_W, std::span<c
   // A turn that is too long is planned in part.
   const double turn = translation_only ? 0.0 : norm(goal.w);
   const Twist wanted = turn > kLongestTurn ? (kLongestTurn / turn) * goal : goal;
-  SlidePlan plan;
-  // Where the bends of a long motion cannot be cleared, those of one half as long are a quarter.
-  double part = 1.0;
+  SlidePlan plan, best;
+  // The bends of a motion half as long are a quarter: where those of a long one cannot be cleared, or leave
+  // little of it, half of it may gain more.
+  double part = 1.0, most_gain = 0.0, straight = kInfinity;
   for (int i = 0; i <= kHalvings; ++i, part *= 0.5) {
-    if (!project_lifted(part * wanted, metric_W, rows, translation_only, plan)) continue;
+    double straight_part = 0.0;
+    if (!project_lifted(part * wanted, metric_W, rows, translation_only, plan, straight_part)) continue;
+    if (i == 0) straight = straight_part;
     const double share = share_that_gains(part * wanted, metric_W, plan.twist);
     if (!(share > 0.0)) continue;
     plan.twist = share * plan.twist;
     plan.is_whole = i == 0 && turn <= kLongestTurn && share >= kWhole;
-    return plan;
+    const double gain = gain_of(wanted, metric_W, plan.twist);
+    if ((i == 0 && share >= kWhole) || gain >= kEnough * straight) return plan;
+    if (!(gain > most_gain)) break;
+    most_gain = gain, best = plan;
+  }
+  if (most_gain > 0.0) {
+    best.work = plan.work;
+    return best;
   }
   plan.is_whole = false;
   // No part gained: the plan only keeps contact to first order, as far as that goes.

@@ -183,6 +183,18 @@ TEST(SlidePlan, BendsAreLiftedAndTheDistanceShrinks) {
   }
 }
 
+// A turn t about y with a point 20 m above the centre: to clear its bend the body has to rise by 10 t^2, for
+// t = 0.2 by as much as leaves a fifth of the square of the distance to be gained, for half of that 3/8.
+TEST(SlidePlan, PlansForHalfWhereThatGainsMore) {
+  SlideRow row;
+  row.n = {0, 0, 1}, row.r = {0, 0, 20};
+  const Twist goal{{0, 0, 0}, {0, 0.2, 0}};
+  const SlidePlan plan = plan_slide(goal, TwistMetric{}, {&row, 1}, false);
+  const Twist left{goal.v - plan.twist.v, goal.w - plan.twist.w};
+  EXPECT_NEAR(inner_product(TwistMetric{}, left, left), 0.04 * 5 / 8, 1e-12);
+  EXPECT_FALSE(plan.is_whole);
+}
+
 TEST(SlideRows, SeamsTakeThePlaneThatLetsTheMotionThrough) {
   const Hexahedron cube = Hexahedron::from_size({1, 1, 1});
   NearPair pair{};

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <iostream>
+#include <limits>
 
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
@@ -91,8 +92,11 @@ SlideBudget mover_work(std::uint64_t most) {
   return budget;
 }
 
+const SlideBudget kNoBudget = mover_work(std::numeric_limits<std::uint64_t>::max());
+
 TEST(SlideBudget, CutsOffWhatIsBeyondIt) {
   Heap free, narrow, none;
+  free.world->set_slide_budget(kNoBudget);
   const HeapFigures unlimited = fly(free, 12);
   EXPECT_EQ(unlimited.cut_off, 0u);
   const std::uint64_t most = unlimited.most_pairs / 4;
@@ -112,8 +116,9 @@ TEST(SlideBudget, CutsOffWhatIsBeyondIt) {
 // Whatever is left, a mover goes on by one sub-step; what it took is said.
 TEST(SlideBudget, OfAMoverEndsItsSlide) {
   Heap free, narrow, none;
-  const HeapFigures all = fly(free, 12);
   EXPECT_EQ(free.world->slide_budget().mover_work, kMoverWork);
+  free.world->set_slide_budget(kNoBudget);
+  const HeapFigures all = fly(free, 12);
   narrow.world->set_slide_budget(mover_work(all.most_work / 4));
   none.world->set_slide_budget(mover_work(0));
   const HeapFigures cut = fly(narrow, 12), one_step = fly(none, 12);
