@@ -175,6 +175,48 @@ TEST(SlideBudget, OfAMoverIsNotSharedWithOthers) {
   EXPECT_GT(cut_off, 0u);
 }
 
+/// A box that is pressed on a floor of tiles, and one that turns in a corner meanwhile.
+struct RestingBeside {
+  std::unique_ptr<ContactWorld> world = make_world();
+  ObjectHandle resting, other;
+
+  RestingBeside() {
+    world->set_default_rule(rule(ContactPolicy::slide));
+    resting = world->add({box_tree("resting", {0.9, 0.9, 0.2}), at(-100, 0, 0.1 + 1e-3), false});
+    for (int i = 0; i < 25; ++i)
+      world->add({box_tree("tile " + std::to_string(i), {0.18, 0.18, 0.2}),
+                  at(-100 + 0.18 * (i % 5 - 2), 0.18 * (i / 5 - 2), -0.1), true});
+    other = world->add({box_tree("other", {0.3, 0.2, 0.2}), at(0, 0, 0.2), false});
+    for (int i = 0; i < 3; ++i) {
+      Pose X = at(0.4 * i, 0.1 * i, -0.1);
+      X.R = rotation_about(Vector3(2, -1, 2) / 3, 0.3 + 0.4 * i);
+      world->add({box_tree("standing " + std::to_string(i), {0.3, 0.4, 0.2}), X, true});
+    }
+  }
+  FrameReport press(bool with_other) {
+    std::vector<MotionCommand> commands{world->move_by(resting, {0, 0, -0.1}, {0, 0, 0})};
+    if (with_other) commands.push_back(world->move_by(other, {0.2, 0.1, -0.2}, {0.3, 0.6, 0.2}));
+    return world->frame(commands);
+  }
+};
+
+// A mover at rest is planned for as long as others slide, and may so spend its budget: that ended nothing.
+TEST(SlideBudget, DoesNotNameWhoCameToRest) {
+  RestingBeside alone, beside;
+  int spent_at_rest = 0;
+  for (int frame = 0; frame < 12; ++frame) {
+    // The budget is just what it takes to come to rest.
+    const FrameReport by_itself = alone.press(false);
+    EXPECT_TRUE(by_itself.cut_off.empty());
+    beside.world->set_slide_budget(mover_work(by_itself.most_slide_work));
+    const FrameReport report = beside.press(true);
+    // Planned for once more it has spent that, and once more it would be named.
+    spent_at_rest += report.slide_steps >= by_itself.slide_steps + 2;
+    for (const ObjectHandle& object : report.cut_off) EXPECT_NE(object, beside.resting) << frame;
+  }
+  EXPECT_GT(spent_at_rest, 0);
+}
+
 class SlideBudgetOrder : public ::testing::TestWithParam<bool> {};
 
 TEST_P(SlideBudgetOrder, DoesNotShow) {
