@@ -35,18 +35,26 @@ std::uint32_t ObjectTable::free_slot(std::size_t solids) {
     if (fitting->second.empty()) free_slots_.erase(fitting);
     return slot;
   }
-  if (X_BO_.size() == X_BO_.capacity()) {
-    std::vector<Pose> larger;
-    larger.reserve(2 * X_BO_.size() + 16);
-    larger.assign(X_BO_.begin(), X_BO_.end());
-    X_BO_before_.push_back(std::move(X_BO_));
-    X_BO_ = std::move(larger);
-  }
+  if (X_BO_.size() == X_BO_.capacity()) grow(2 * X_BO_.size() + 16);
   records_.emplace_back();
   X_BO_.emplace_back();
   X_CO_.emplace_back();
   is_noted_.push_back(0);
   return size() - 1;
+}
+
+void ObjectTable::reserve_more() {
+  const std::size_t count = X_BO_.size();
+  if (X_BO_.capacity() < 2 * count) grow(4 * count);
+}
+
+void ObjectTable::grow(std::size_t room) {
+  std::vector<Pose> larger;
+  larger.reserve(room);
+  larger.assign(X_BO_.begin(), X_BO_.end());
+  X_BO_before_.push_back(std::move(X_BO_));
+  X_BO_ = std::move(larger);
+  X_CO_.reserve(room), is_noted_.reserve(room);
 }
 
 ObjectHandle ObjectTable::add(ObjectDescription description) {

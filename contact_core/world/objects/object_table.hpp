@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "touchstone/contact_core/world/contact_world.hpp"
+#include "touchstone/contact_core/world/objects/record_list.hpp"
 
 namespace touchstone {
 
@@ -75,6 +76,9 @@ class ObjectTable {
   void latch(ObjectHandle carrier, ObjectHandle carried, std::span<const Exemption> allowed);
   void unlatch(ObjectHandle carried);
   void reset();
+  /// Room for as many again at least, so that lists do not grow where objects come one by one. The poses in
+  /// bodies may move in memory.
+  void reserve_more();
 
   const TableChanges& changes() const { return changes_; }
   /// They are taken up.
@@ -118,12 +122,13 @@ class ObjectTable {
   void drop_exemption(const SolidExemption& exemption);
   void join_groups(std::uint32_t slot);
   std::uint32_t free_slot(std::size_t solids);
+  void grow(std::size_t room);
   std::uint32_t group(std::string_view name);
   void check_latch(std::uint32_t carrier, std::uint32_t carried) const;
   void unlink(std::uint32_t carried);
   SolidExemption find(const Exemption& pair, ObjectHandle carried) const;
 
-  std::vector<ObjectRecord> records_;
+  RecordList<ObjectRecord> records_;
   std::map<std::string_view, std::uint32_t> slot_of_name_;  // names are the records' own; never hashed anew
   std::map<std::size_t, std::set<std::uint32_t>> free_slots_;  // by the number of their solids
   std::vector<Pose> X_BO_;

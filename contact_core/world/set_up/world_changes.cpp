@@ -46,6 +46,7 @@ void ContactWorld::State::build_all() {
   lanes.build(*narrowphase, *planner, next.solids.size());
   contact_log.renumber(layout, next);
   layout = std::move(next);
+  objects.reserve_more();
   take_room(true);
   // All objects are placed, and watching begins anew.
   poses_in_body = objects.poses_in_body().data();
