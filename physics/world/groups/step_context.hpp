@@ -32,7 +32,7 @@ struct StepContext {
   }
 };
 
-/// A group's work in a step, in multiplications. Accuracy::exact: without end.
-double work_of(const Group& group, const Movers& movers, const DynamicsWorld::Settings& settings);
+/// A group's work in the step, in multiplications. Accuracy::exact: without end.
+double work_of(const Group& group, const Movers& movers, const StepContext& step);
 
 }  // namespace touchstone::physics::stepping

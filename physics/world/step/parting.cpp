@@ -130,7 +130,7 @@ void part(GroupState& group, StepContext& step, Movers& movers, ContactRows& row
   const double tolerance = std::max(gap / h, kShareOfParting * fastest);
   // Its budget is separate: velocities may have spent all of the step's.
   WorkBudget budget = step.budget;
-  budget.grant(work_of(group.members, movers, step.settings));
+  budget.grant(work_of(group.members, movers, step));
   solver.solve_softly(rows, tolerance, budget, step.report);
   for (std::size_t i = 0; i < rows.contacts.size(); ++i)
     group.points[rows.contacts[i].point].parting_W = rows.impulse_of(i);

@@ -29,6 +29,12 @@ constexpr std::uint32_t kMostLargePieces = 4;
 // Contacts that a group's work is always for, and for each of its bodies at most: overlapped heaps have
 // dozens a body. How many a joint counts as.
 constexpr std::size_t kLeastShares = 18, kMostSharesABody = 8, kJointShares = 6;
+// A group of few contacts may take as much in each kShortStep [s] of the step, in kMostShortSteps of them at
+// most: a solve that is left unfinished costs more in the steps that follow.
+constexpr double kShortStep = 1e-3, kMostShortSteps = 16.0;
+// Masses that differ by less than 1 / kAlike are alike; beyond, each kRoundBits of their ratio take as much
+// work again.
+constexpr double kAlike = 0.03, kRoundBits = 4.0;
 // Joints that a joint between movers counts as, by its rows.
 constexpr std::size_t kHeldShares = 3;
 
@@ -160,7 +166,7 @@ bool step_group(const Group& members, std::span<const Contact> contacts, StepCon
                 WorldParts& world) {
   GroupState& group = world.group;
   // The group gets its budget of work, its points and its joints.
-  step.budget.grant(work_of(members, world.movers, step.settings));
+  step.budget.grant(work_of(members, world.movers, step));
   step.contradictory_before = step.report.contradictory;
   attach(members, contacts, world.warm, step, world.movers, group);
   mark_jointed(members, world.movers);
@@ -219,14 +225,24 @@ void keep_sleepers_forces(std::span<const Contact> contacts, WorldParts& world) 
 
 }  // namespace
 
-double work_of(const Group& group, const Movers& movers, const DynamicsWorld::Settings& settings) {
+double work_of(const Group& group, const Movers& movers, const StepContext& step) {
+  const DynamicsWorld::Settings& settings = step.settings;
   if (settings.accuracy != DynamicsWorld::Accuracy::bounded) return WorkBudget::kNoEnd;
   std::size_t joints = kHeldShares * group.joints.size();
   for (const std::uint32_t m : group.mechanisms) joints += movers.arms[m].q.size();
   std::size_t shares = kJointShares * joints;
   const std::size_t movable = group.bodies.size() + group.mechanisms.size();
   shares += std::min(group.contacts.size(), kMostSharesABody * movable);
-  return 1e3 * settings.work * static_cast<double>(std::max(shares, kLeastShares));
+  // Masses that differ take more rounds.
+  double lightest = kInfinity, heaviest = 0.0;
+  for (const std::uint32_t i : group.bodies) {
+    const double mass = movers.bodies[i].body.inertia().mass;
+    lightest = std::min(lightest, mass), heaviest = std::max(heaviest, mass);
+  }
+  const int bits = std::ilogb(std::max(1.0, kAlike * heaviest / lightest));  // the same from every C library
+  const double by_size = (1.0 + bits / kRoundBits) * static_cast<double>(std::max(shares, kLeastShares));
+  const double by_time = kLeastShares * std::min(step.h / kShortStep, kMostShortSteps);
+  return 1e3 * settings.work * std::max(by_size, by_time);
 }
 
 StepReport take_step(double h, std::span<const Contact> contacts, std::span<ContactForce> forces,
