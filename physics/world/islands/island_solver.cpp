@@ -34,14 +34,20 @@ constexpr std::size_t kDirectRows = 32;
 constexpr std::uint8_t kSoftSolves = 64;
 // Cosine of the angle to a direction that opens: less is along, not out.
 constexpr double kAside = 1e-3;
-// Newton's, of solve_softly(): the next step goes on with what they leave.
-constexpr int kMostSoftSteps = 4;
+// Newton's, of solve_softly(): the next step goes on with what they leave. Few contacts may take more, by
+// their number: until they are solved, a light body between heavy ones is fast.
+constexpr int kLeastSoftSteps = 4, kMostSoftSteps = 16, kSoftContacts = 256;
 // The passive answer, of kMostPassiveSteps Newton steps, is tried where an unsolved island makes something
 // faster than both its fastest was and kMostDriven times the commanded speed; and where a solved one with
 // commands, or an unsolved one without, makes it kMostPressedOut times as fast: it would be pressed out of a
 // wedge that narrow.
 constexpr double kMostDriven = 2.0, kMostPressedOut = 10.0;
 constexpr int kMostPassiveSteps = 12;
+
+int most_soft_steps(const Island& island) {
+  return std::clamp(kSoftContacts / std::max(static_cast<int>(island.contacts), 1), kLeastSoftSteps,
+                    kMostSoftSteps);
+}
 
 /// Adds the work of one solve to another's.
 void count(const SolveReport& of, SolveReport& to) {
@@ -95,7 +101,7 @@ void IslandSolver::solve_softly(ContactRows& rows, double tolerance, WorkBudget&
     problem_.load(islands_, island, rows);
     problem_.load_masses(islands_, island, rows);
     const ConvexReport solved =
-        convex_.solve_softly(problem_.sparse(rows), problem_.x, tolerance, budget, kMostSoftSteps);
+        convex_.solve_softly(problem_.sparse(rows), problem_.x, tolerance, budget, kLeastSoftSteps);
     report.newton_steps += static_cast<std::uint32_t>(solved.newton_steps);
     problem_.store_impulses(rows);
     problem_.unload(rows);
@@ -179,8 +185,8 @@ SolveReport IslandSolver::solve_anew(const Island& island, double warm_residual,
 SolveReport IslandSolver::solve_soft(const Island& island, double tolerance, ContactRows& rows,
                                      StepContext& step) {
   problem_.load_masses(islands_, island, rows);
-  const ConvexReport convex =
-      convex_.solve_softly(problem_.sparse(rows), problem_.x, tolerance, step.budget, kMostSoftSteps);
+  const ConvexReport convex = convex_.solve_softly(problem_.sparse(rows), problem_.x, tolerance, step.budget,
+                                                   most_soft_steps(island));
   problem_.store_impulses(rows);
   problem_.unload(rows);
   SolveReport solved;
