@@ -18,6 +18,7 @@ struct StepContext {
   StepReport report = {};
   std::uint32_t contradictory_before = 0;  // the group
   bool is_soft = false;                    // the group overlaps: the soft answer does for it
+  double spare = 0.0;                      // work beyond their own that is left to the step's groups
 
   bool is_bounded() const { return settings.accuracy == DynamicsWorld::Accuracy::bounded; }
   /// Work is spent, or contacts contradict each other: more pieces and tries would not find more.

@@ -29,8 +29,8 @@ constexpr std::uint32_t kMostLargePieces = 4;
 // Contacts that a group's work is always for, and for each of its bodies at most: overlapped heaps have
 // dozens a body. How many a joint counts as.
 constexpr std::size_t kLeastShares = 18, kMostSharesABody = 8, kJointShares = 6;
-// A group of few contacts may take as much in each kShortStep [s] of the step, in kMostShortSteps of them at
-// most: a solve that is left unfinished costs more in the steps that follow.
+// As much again for each further kShortStep [s] of the step, as long as kMostShortSteps at most, is for the
+// groups that need more, the first ones first: a solve that is left unfinished costs more in later steps.
 constexpr double kShortStep = 1e-3, kMostShortSteps = 16.0;
 // Masses that differ by less than 1 / kAlike are alike; beyond, each kRoundBits of their ratio take as much
 // work again.
@@ -166,7 +166,7 @@ bool step_group(const Group& members, std::span<const Contact> contacts, StepCon
                 WorldParts& world) {
   GroupState& group = world.group;
   // The group gets its budget of work, its points and its joints.
-  step.budget.grant(work_of(members, world.movers, step));
+  step.budget.grant(work_of(members, world.movers, step) + step.spare);
   step.contradictory_before = step.report.contradictory;
   attach(members, contacts, world.warm, step, world.movers, group);
   mark_jointed(members, world.movers);
@@ -191,6 +191,7 @@ bool step_group(const Group& members, std::span<const Contact> contacts, StepCon
     if (step.report.failure != StepFailure::none) return false;
     clock.left = t >= clock.left ? 0.0 : clock.left - t;
   }
+  step.spare = std::clamp(step.budget.left(), 0.0, step.spare);
   // Overlaps are parted, and the results are checked and kept.
   step.report.substeps = std::max(step.report.substeps, clock.pieces);
   part(group, step, world.movers, world.rows, world.solver);
@@ -240,9 +241,8 @@ double work_of(const Group& group, const Movers& movers, const StepContext& step
     lightest = std::min(lightest, mass), heaviest = std::max(heaviest, mass);
   }
   const int bits = std::ilogb(std::max(1.0, kAlike * heaviest / lightest));  // the same from every C library
-  const double by_size = (1.0 + bits / kRoundBits) * static_cast<double>(std::max(shares, kLeastShares));
-  const double by_time = kLeastShares * std::min(step.h / kShortStep, kMostShortSteps);
-  return 1e3 * settings.work * std::max(by_size, by_time);
+  return 1e3 * settings.work * (1.0 + bits / kRoundBits) *
+         static_cast<double>(std::max(shares, kLeastShares));
 }
 
 StepReport take_step(double h, std::span<const Contact> contacts, std::span<ContactForce> forces,
@@ -255,6 +255,8 @@ StepReport take_step(double h, std::span<const Contact> contacts, std::span<Cont
     return step.report;
   }
   step.report.substeps = 1;
+  step.spare =
+      1e3 * world.settings.work * kLeastShares * (std::clamp(h / kShortStep, 1.0, kMostShortSteps) - 1.0);
   if (contacts.empty() && movers.restless == 0 && movers.arms.empty()) return step.report;
   if (!check(contacts, movers, step)) return step.report;
   // Before anything moves, sleepers are woken, the state is kept and the last forces are carried over.
