@@ -237,7 +237,7 @@ TEST(BoundedSteps, LintelsAndPyramidsOfAnyMassesStandAtDisplayRate) {
 
 TEST(BoundedSteps, LightBodiesAmongHeavyOnesInJawsAreNotShotOut) {
   // Jaws close by 2 cm on two to four cubes of 1 kg to 1 000 t. Developed on seeds 7104 to 7109; of 300 other
-  // scenes 5 made something faster than 0.5 m/s, 0.98 m/s at most.
+  // scenes 7 made something faster than 0.5 m/s, 0.9 m/s at most.
   Draw draw(1609);
   for (int run = 0; run < 60; ++run) {
     Boxes scene;
