@@ -29,6 +29,8 @@
 
 namespace touchstone {
 
+inline constexpr std::size_t kSearchedFrom = 16;  ///< hexahedra: see ObjectDescription::levels
+
 /// The argument of ContactWorld::add(): a rigid object and its initial pose.
 struct ObjectDescription {
   std::shared_ptr<const HexahedronTree> tree;  ///< its name is the object's, unique in the world
@@ -36,7 +38,22 @@ struct ObjectDescription {
   bool is_static = false;  ///< never moves; pairs of static objects are not checked
   /// At most 64 names in a world, each of at most GroupName::kMostBytes bytes.
   std::vector<std::string> groups = {};
+  /// Coarser and coarser trees of the same object, for speed alone: every frame has the same poses and events
+  /// with them as without. Each hexahedron of `tree` lies in one of levels[0], each of levels[0] in one of
+  /// levels[1], and so on; of a rounded one the core, and the radius is no larger. While a coarser hexahedron
+  /// is known to be out of reach of all others, nothing below it is looked at. Beside these, every object of
+  /// kSearchedFrom hexahedra or more has spheres about halves of it, quarters and so on: far from all others
+  /// it costs a frame what one hexahedron costs, with levels or without. Of a static object they do nothing.
+  /// coarser_levels() in fit/levels.hpp makes some.
+  std::vector<std::shared_ptr<const HexahedronTree>> levels = {};
+  /// False: each hexahedron is looked at in every frame, without levels or spheres; to compare.
+  bool is_searched = true;
 };
+
+/// @throws InputError naming the object, the level and the hexahedron that keep these from being levels of
+/// the tree (ObjectDescription::levels).
+void validate_levels(const HexahedronTree& tree,
+                     std::span<const std::shared_ptr<const HexahedronTree>> levels);
 
 /// A pair's rule. Policies are ContactPolicy's. A mover that a `slide` pair stopped goes on along it towards
 /// its commanded pose, in sub-steps of at most kMostSlideSteps, never further from that pose in its mass

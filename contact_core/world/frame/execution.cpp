@@ -65,8 +65,9 @@ void execute(WorldModel& model, WatchedPairs& watched, const Movers& movers, Fra
     } else {
       X_WO = model.paths[root].at(slot, model.stops[root]).X_WO;
     }
-    for (SolidIndex solid = layout.first_solid[slot]; solid < layout.first_solid[slot + 1]; ++solid)
+    model.for_each_solid_of(slot, [&](SolidIndex solid) {
       model.from[solid] = compose(X_WO, layout.X_OS[solid]), model.travels.has_vertices[solid] = 0;
+    });
   });
   // Places are noted in order, and travel beyond a stop is counted out.
   for (const std::uint32_t slot : moved)

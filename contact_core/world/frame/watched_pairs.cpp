@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cmath>
 
+#include "touchstone/contact_core/world/frame/level_search.hpp"
 #include "touchstone/contact_core/world/model/reserve_more.hpp"
 
 namespace touchstone {
@@ -24,13 +25,16 @@ constexpr std::size_t kWatchAll = 4;
 /// Rounding of bounds.
 constexpr double kUp = 1.0 + 0x1p-20;
 
-bool may_be_watched(const WorldModel& model, const SolidPair& pair) {
+/// By slots.
+bool may_meet(const WorldModel& model, std::uint32_t a, std::uint32_t b) {
   const ObjectTable& objects = model.objects;
+  if (!model.layout.is_alive(a) || !model.layout.is_alive(b)) return false;
+  return objects[a].body != objects[b].body && !(objects[a].is_static() && objects[b].is_static());
+}
+
+bool may_be_watched(const WorldModel& model, const SolidPair& pair) {
   const Layout& layout = model.layout;
-  const std::uint32_t a = layout.slot_of[pair.a], b = layout.slot_of[pair.b];
-  if (!layout.is_alive(a) || !layout.is_alive(b)) return false;
-  if (objects[a].body == objects[b].body || (objects[a].is_static() && objects[b].is_static())) return false;
-  return !layout.is_exempt(pair);
+  return may_meet(model, layout.slot_of[pair.a], layout.slot_of[pair.b]) && !layout.is_exempt(pair);
 }
 
 /// Clear where it stood before the path that is laid.
@@ -48,18 +52,19 @@ void WatchedPairs::take_room(const WorldModel& model, bool anew) {
     if (anew) list.clear();
     resize_more(list, count);
   };
-  size(is_noted_due_, slots), size(is_looked_at_, slots), size(reaches_, slots), size(regions_, solids);
-  resize_more(stands_, solids);
+  const std::size_t proxies = model.layout.slot_of_proxy.size();
+  size(is_noted_due_, slots), size(is_looked_at_, slots), size(reaches_, slots), size(regions_, proxies);
+  resize_more(stands_, proxies), resize_more(objects_stand_, slots);
   reserve_more(due_, slots), reserve_more(moved_, slots), reserve_more(movable_, slots);
   reserve_more(looked_at_, slots);
   if (pairs_.capacity() < 256 + 64 * solids) {
     const std::size_t room = 2 * (256 + 64 * solids);  // as reserve_more() has it
     pairs_.reserve(room), pairs_before_.reserve(room);
     for (std::vector<std::uint32_t>* indices : {&imminent_, &unclear_, &taken_}) indices->reserve(room);
-    gathered_.reserve(room), is_taken_.reserve(room);
+    gathered_.reserve(room), is_taken_.reserve(room), found_.reserve(room);
   }
   pairs_.set_solids(solids), pairs_before_.set_solids(solids);
-  reserve_more(partners_, solids), reserve_more(known_partners_, solids);
+  reserve_more(partners_, solids), reserve_more(known_partners_, solids), reserve_more(proxies_, proxies);
 }
 
 bool WatchedPairs::begin(const WorldModel& model, Broadphase& broadphase) {
@@ -71,7 +76,7 @@ bool WatchedPairs::begin(const WorldModel& model, Broadphase& broadphase) {
   pairs_.set_solids(model.layout.solids.size());
   needs_watch_ = needs_imminent_ = true;
   for (std::uint32_t slot = 0; slot < model.layout.slots(); ++slot) place(model, slot);
-  return broadphase.update_paths({model.from, stands_, regions_}, {});
+  return broadphase.update_paths({stands_, stands_, regions_}, {});
 }
 
 void WatchedPairs::begin_object(const WorldModel& model, std::uint32_t slot) {
@@ -82,10 +87,24 @@ void WatchedPairs::begin_object(const WorldModel& model, std::uint32_t slot) {
 
 /// The slot's object stands where the model has it, at rest.
 void WatchedPairs::place(const WorldModel& model, std::uint32_t slot) {
-  for (SolidIndex i = model.layout.first_solid[slot]; i < model.layout.first_solid[slot + 1]; ++i) {
-    stands_[i] = model.from[i];
-    regions_[i] = reaches_[slot] + model.contact_reach(i, 0.0);
+  const Layout& layout = model.layout;
+  if (layout.levels[slot] != nullptr) {
+    place_object(model, slot);
+    regions_[layout.first_proxy[slot]] = reaches_[slot] + model.contact_reach_of_object(slot, 0.0);
+    return;
   }
+  for (SolidIndex i = layout.first_solid[slot]; i < layout.first_solid[slot + 1]; ++i) {
+    const SolidIndex proxy = layout.proxy_of(slot, i);
+    stands_[proxy] = model.from[i];
+    regions_[proxy] = reaches_[slot] + model.contact_reach(i, 0.0);
+  }
+}
+
+/// As one with levels stands.
+void WatchedPairs::place_object(const WorldModel& model, std::uint32_t slot) {
+  objects_stand_[slot] = model.objects[slot].X_WO;
+  const PlacedHexahedron& box = model.layout.levels[slot]->box().solids().front();
+  stands_[model.layout.first_proxy[slot]] = compose(objects_stand_[slot], box.X_OS);
 }
 
 void WatchedPairs::forget(const WorldModel& model, std::uint32_t slot) {
@@ -121,16 +140,17 @@ void WatchedPairs::begin_frame(WorldModel& model) {
   if (!is_overflown_) return;
   is_overflown_ = false;
   std::fill(model.travels.of_solid.begin(), model.travels.of_solid.end(), 0.0);
+  std::fill(model.travels.of_object.begin(), model.travels.of_object.end(), 0.0);
   std::fill(model.travels.of_link_pair.begin(), model.travels.of_link_pair.end(), 0.0);
   pairs_.clear();
   needs_watch_ = true;
 }
 
 void WatchedPairs::lay_paths(WorldModel& model, std::span<const std::uint32_t> roots) {
-  const Layout& layout = model.layout;
-  for (const std::uint32_t slot : moved_)
-    for (SolidIndex solid = layout.first_solid[slot]; solid < layout.first_solid[slot + 1]; ++solid)
-      model.travels.last_solid[solid] = 0.0;
+  for (const std::uint32_t slot : moved_) {
+    model.travels.last_object[slot] = 0.0;
+    model.for_each_solid_of(slot, [&](SolidIndex solid) { model.travels.last_solid[solid] = 0.0; });
+  }
   moved_.clear();
   std::fill(model.travels.last_link_pair.begin(), model.travels.last_link_pair.end(), 0.0);
   for (const std::uint32_t root : roots)
@@ -139,15 +159,32 @@ void WatchedPairs::lay_paths(WorldModel& model, std::span<const std::uint32_t> r
 }
 
 void WatchedPairs::lay_travels(WorldModel& model, std::uint32_t root) {
-  const Layout& layout = model.layout;
   model.for_each_member(root, [&](std::uint32_t slot) {
     if (!model.moves(slot)) return;
     moved_.push_back(slot);
     const BodyState start = model.state_at(slot, 0.0);
-    for (SolidIndex solid = layout.first_solid[slot]; solid < layout.first_solid[slot + 1]; ++solid)
-      lay_travel(model, solid, start);
+    if (model.layout.levels[slot] != nullptr) lay_object_travel(model, slot, start);
+    model.for_each_solid_of(slot, [&](SolidIndex solid) { lay_travel(model, solid, start); });
   });
   if (const MechanismMover* mover = model.mechanism_of(root)) lay_link_travels(model, *mover);
+}
+
+/// Of one with levels: no point of it goes further.
+void WatchedPairs::lay_object_travel(WorldModel& model, std::uint32_t slot, const BodyState& start) {
+  Travels& travels = model.travels;
+  const Sphere& sphere_O = model.layout.levels[slot]->sphere_O();
+  if (const MechanismMover* mover = model.arm_of(slot)) {
+    const Pose& X_BO = model.objects.poses_in_body()[slot];
+    travels.last_object[slot] =
+        model.travel_on(*mover, slot, {transform(X_BO, sphere_O.centre), sphere_O.radius});
+  } else {
+    const Vector3 centre_W = transform(model.objects[slot].X_WO, sphere_O.centre);
+    const double arm = norm(centre_W - start.centre_W) + sphere_O.radius;
+    travels.last_object[slot] = (norm(start.velocity_W) + norm(start.angular_velocity_W) * arm) * kUp;
+  }
+  travels.of_object[slot] = Travels::sum(travels.of_object[slot], travels.last_object[slot]);
+  if (!(travels.of_object[slot] <= travels.object_limit[slot])) note_due(slot);
+  is_overflown_ = is_overflown_ || !(travels.of_object[slot] <= Travels::kMost);
 }
 
 void WatchedPairs::lay_travel(WorldModel& model, SolidIndex solid, const BodyState& start) {
@@ -162,7 +199,8 @@ void WatchedPairs::lay_travel(WorldModel& model, SolidIndex solid, const BodySta
     travels.last_solid[solid] = (norm(start.velocity_W) + norm(start.angular_velocity_W) * arm) * kUp;
   }
   travels.of_solid[solid] = Travels::sum(travels.of_solid[solid], travels.last_solid[solid]);
-  if (!(travels.of_solid[solid] <= travels.solid_limit[solid])) note_due(slot);
+  if (!(travels.of_solid[solid] <= travels.solid_limit[solid]) && model.layout.levels[slot] == nullptr)
+    note_due(slot);
   is_overflown_ = is_overflown_ || !(travels.of_solid[solid] <= Travels::kMost);
   needs_imminent_ = needs_imminent_ || !(travels.of_solid[solid] <= travels.imminent_solid[solid]);
 }
@@ -192,8 +230,11 @@ void WatchedPairs::take_back(WorldModel& model, std::uint32_t root) const {
     sum = (sum - last) + gone;
     last = gone;
   };
-  model.for_each_solid(
-      root, [&](SolidIndex solid) { shorten(travels.of_solid[solid], travels.last_solid[solid]); });
+  model.for_each_member(root, [&](std::uint32_t slot) {
+    shorten(travels.of_object[slot], travels.last_object[slot]);
+    model.for_each_solid_of(
+        slot, [&](SolidIndex solid) { shorten(travels.of_solid[solid], travels.last_solid[solid]); });
+  });
   const MechanismMover* mover = model.mechanism_of(root);
   if (mover == nullptr) return;
   const std::size_t links = mover->X_WL.size();
@@ -227,15 +268,32 @@ void WatchedPairs::set_region(WorldModel& model, std::uint32_t slot) {
   Travels& travels = model.travels;
   const Layout& layout = model.layout;
   const bool is_static = layout.is_static[slot] != 0;
+  if (layout.levels[slot] != nullptr) {
+    set_region_of_object(model, slot);
+    return;
+  }
   for (SolidIndex solid = layout.first_solid[slot]; solid < layout.first_solid[slot + 1]; ++solid) {
+    const SolidIndex proxy = layout.proxy_of(slot, solid);
     const double radius = layout.solids[solid].bounding_sphere().radius;
     const double usual = kReserveFrames * travels.last_solid[solid] + kReserveRadius * radius;
     const double reserve = is_static ? 0.0 : std::max(usual, kReserveNeeds * travels.needed[solid]);
-    stands_[solid] = model.from[solid];
-    regions_[solid] = (reserve + reaches_[slot] + model.contact_reach(solid, reserve)) * kUp;
+    stands_[proxy] = model.from[solid];
+    regions_[proxy] = (reserve + reaches_[slot] + model.contact_reach(solid, reserve)) * kUp;
     // The path at hand is counted already, but not gone yet.
     travels.solid_limit[solid] = travels.of_solid[solid] - travels.last_solid[solid] * kUp + reserve;
   }
+}
+
+/// All of an object with levels has the same reserve.
+void WatchedPairs::set_region_of_object(WorldModel& model, std::uint32_t slot) {
+  Travels& travels = model.travels;
+  const double usual =
+      kReserveFrames * travels.last_object[slot] + kReserveRadius * model.layout.levels[slot]->mean_radius();
+  const double reserve = std::max(usual, kReserveNeeds * travels.needed_object[slot]);
+  place_object(model, slot);
+  regions_[model.layout.first_proxy[slot]] =
+      (reserve + reaches_[slot] + model.contact_reach_of_object(slot, reserve)) * kUp;
+  travels.object_limit[slot] = travels.of_object[slot] - travels.last_object[slot] * kUp + reserve;
 }
 
 /// @returns false where the broadphase knows all pairs only.
@@ -244,16 +302,105 @@ bool WatchedPairs::update_due(WorldModel& model, Broadphase& broadphase) {
   std::sort(due_.begin(), due_.end());
   for (const std::uint32_t slot : due_) set_region(model, slot);
   broadphase.update_paths({stands_, stands_, regions_}, due_);
-  for (const std::uint32_t slot : due_)
-    for (SolidIndex solid = layout.first_solid[slot]; solid < layout.first_solid[slot + 1]; ++solid)
-      if (!update_partners(model, broadphase, solid)) return false;
+  for (const std::uint32_t slot : due_) {
+    if (layout.levels[slot] != nullptr) {
+      if (!update_object_partners(model, broadphase, slot)) return false;
+      continue;
+    }
+    for (SolidIndex solid = layout.first_solid[slot]; solid < layout.first_solid[slot + 1]; ++solid) {
+      if (!find_partners(model, broadphase, slot, layout.proxy_of(slot, solid))) return false;
+      update_partners(model, solid);
+    }
+  }
   return true;
 }
 
-/// Keeps the data of pairs that are watched already.
-bool WatchedPairs::update_partners(const WorldModel& model, Broadphase& broadphase, SolidIndex solid) {
-  partners_.clear(), known_partners_.clear();
-  if (!broadphase.find_partners(solid, partners_)) return false;
+/// Solids that may come near those of the proxy: partners_, of one solid; found_ has them with the solids of
+/// objects with levels.
+bool WatchedPairs::find_partners(const WorldModel& model, Broadphase& broadphase, std::uint32_t slot,
+                                 SolidIndex proxy) {
+  const Layout& layout = model.layout;
+  proxies_.clear(), partners_.clear(), found_.clear();
+  if (!broadphase.find_partners(proxy, proxies_)) return false;
+  for (const SolidIndex other : proxies_) {
+    const std::uint32_t other_slot = layout.slot_of_proxy[other];
+    if (layout.levels[slot] != nullptr || layout.levels[other_slot] != nullptr)
+      search_levels(model, proxy, other);
+    else
+      partners_.push_back(layout.solid_of(other_slot, other));
+  }
+  if (layout.levels[slot] != nullptr) return true;
+  const SolidIndex solid = layout.solid_of(slot, proxy);
+  for (const SolidPair& pair : found_) partners_.push_back(pair.a == solid ? pair.b : pair.a);
+  return true;
+}
+
+/// Appends to found_ the pairs of two proxies, one of which at least is an object with levels.
+void WatchedPairs::search_levels(const WorldModel& model, SolidIndex a, SolidIndex b) {
+  const Layout& layout = model.layout;
+  if (!may_meet(model, layout.slot_of_proxy[a], layout.slot_of_proxy[b])) return;
+  const auto body_of = [&](SolidIndex proxy) -> SearchedBody {
+    const std::uint32_t slot = layout.slot_of_proxy[proxy];
+    const SolidIndex first = layout.first_solid[slot];
+    if (const ObjectLevels* levels = layout.levels[slot])
+      return {levels, &layout.solids[first], &layout.X_OS[first], first, objects_stand_[slot]};
+    const SolidIndex solid = layout.solid_of(slot, proxy);
+    return {nullptr, &layout.solids[solid], nullptr, solid, stands_[proxy]};
+  };
+  find_pairs_within((regions_[a] + regions_[b] + model.margin) * kUp, body_of(a), body_of(b), found_);
+}
+
+/// Of an object with levels: solids that may come near others are open from now on, and no others are.
+bool WatchedPairs::update_object_partners(WorldModel& model, Broadphase& broadphase, std::uint32_t slot) {
+  const Layout& layout = model.layout;
+  const SolidIndex first = layout.first_solid[slot], end = layout.first_solid[slot + 1];
+  if (!find_partners(model, broadphase, slot, layout.first_proxy[slot])) return false;
+  // The object's own solid comes first in each pair.
+  for (SolidPair& pair : found_)
+    if (pair.a < first || pair.a >= end) std::swap(pair.a, pair.b);
+  std::sort(found_.begin(), found_.end());
+  for (const SolidPair& pair : found_) open(model, pair.a);
+  // Pairs of each open solid are brought up to date.
+  auto next = found_.begin();
+  model.for_each_solid_of(slot, [&](SolidIndex solid) {
+    partners_.clear();
+    for (; next != found_.end() && next->a == solid; ++next) partners_.push_back(next->b);
+    update_partners(model, solid);
+  });
+  close_idle(model, slot);
+  return true;
+}
+
+/// From now on the solid is looked at by itself.
+void WatchedPairs::open(WorldModel& model, SolidIndex solid) {
+  const Layout& layout = model.layout;
+  const std::uint32_t slot = layout.slot_of[solid];
+  if (layout.levels[slot] == nullptr || model.open.is_open(solid)) return;
+  model.open.open(slot, layout.first_solid[slot], solid);
+  // It stands and goes as its object does.
+  Travels& travels = model.travels;
+  model.from[solid] = compose(model.objects[slot].X_WO, layout.X_OS[solid]);
+  travels.has_vertices[solid] = 0;
+  const MechanismMover* mover = model.mechanism_of(slot);
+  const bool is_planned = mover != nullptr && model.has_planned(*mover) && model.moves(slot);
+  travels.planned_solid[solid] = is_planned ? model.travel_on(*mover, solid) : 0.0;
+  travels.last_solid[solid] = 0.0;
+  if (model.in_motion[model.objects[slot].root] && std::binary_search(moved_.begin(), moved_.end(), slot))
+    lay_travel(model, solid, model.state_at(slot, 0.0));
+}
+
+/// Those of an object with levels that are watched with nothing.
+void WatchedPairs::close_idle(WorldModel& model, std::uint32_t slot) {
+  model.open.close_idle(slot, model.layout.first_solid[slot], [&](SolidIndex solid) {
+    if (pairs_.has_any_of(solid)) return false;
+    model.travels.last_solid[solid] = model.travels.planned_solid[solid] = 0.0;
+    return true;
+  });
+}
+
+/// Watches the solid with partners_; keeps the data of pairs that are watched already.
+void WatchedPairs::update_partners(WorldModel& model, SolidIndex solid) {
+  known_partners_.clear();
   pairs_.for_each_of(solid, [&](std::uint32_t index) {
     const SolidPair pair = pairs_.solids(index);
     known_partners_.emplace_back(pair.a == solid ? pair.b : pair.a, index);
@@ -269,11 +416,11 @@ bool WatchedPairs::update_partners(const WorldModel& model, Broadphase& broadpha
       continue;
     }
     const SolidPair pair{std::min(solid, other), std::max(solid, other)};
-    if (may_be_watched(model, pair))
-      unclear_.push_back(pairs_.add({pair.a, pair.b, model.link_pair_index(pair), kNotKnown}));
+    if (!may_be_watched(model, pair)) continue;
+    open(model, other);
+    unclear_.push_back(pairs_.add({pair.a, pair.b, model.link_pair_index(pair), kNotKnown}));
   }
   for (; before != end; ++before) pairs_.remove(before->second);
-  return true;
 }
 
 void WatchedPairs::update_all(WorldModel& model, Broadphase& broadphase) {
@@ -296,16 +443,30 @@ void WatchedPairs::update_all(WorldModel& model, Broadphase& broadphase) {
   std::array<SolidPair, 256> block;
   while (!cursor.done) {
     const std::size_t count = broadphase.find_pairs(cursor, block);
-    for (const SolidPair& pair : std::span(block).first(count)) {
-      if (!may_be_watched(model, pair)) continue;
-      WatchedPair watch{pair.a, pair.b, model.link_pair_index(pair), kNotKnown};
-      // A pair that was watched before keeps what is known of it.
-      const std::uint32_t before = pairs_before_.find(pair);
-      if (before != PairWatch::kNone)
-        watch.clear_until = pairs_before_[before].clear_until, watch.axis_W = pairs_before_[before].axis_W;
-      unclear_.push_back(pairs_.add(watch));
+    for (const SolidPair& proxies : std::span(block).first(count)) {
+      const std::uint32_t a = layout.slot_of_proxy[proxies.a], b = layout.slot_of_proxy[proxies.b];
+      if (layout.levels[a] == nullptr && layout.levels[b] == nullptr) {
+        watch_again(model, {layout.solid_of(a, proxies.a), layout.solid_of(b, proxies.b)});
+        continue;
+      }
+      found_.clear();
+      search_levels(model, proxies.a, proxies.b);
+      for (const SolidPair& pair : found_) watch_again(model, pair);
     }
   }
+  for (std::uint32_t slot = 0; slot < layout.slots(); ++slot)
+    if (layout.levels[slot] != nullptr) close_idle(model, slot);
+}
+
+/// A pair that was watched before keeps what is known of it.
+void WatchedPairs::watch_again(WorldModel& model, const SolidPair& pair) {
+  if (!may_be_watched(model, pair)) return;
+  WatchedPair watch{pair.a, pair.b, model.link_pair_index(pair), kNotKnown};
+  const std::uint32_t before = pairs_before_.find(pair);
+  if (before != PairWatch::kNone)
+    watch.clear_until = pairs_before_[before].clear_until, watch.axis_W = pairs_before_[before].axis_W;
+  open(model, pair.a), open(model, pair.b);
+  unclear_.push_back(pairs_.add(watch));
 }
 
 /// Most watched pairs stay out of reach for many frames: those that may not are found now and then.

@@ -75,13 +75,22 @@ class WatchedPairs {
 
  private:
   void place(const WorldModel& model, std::uint32_t slot);
+  void place_object(const WorldModel& model, std::uint32_t slot);
   void lay_travels(WorldModel& model, std::uint32_t root);
+  void lay_object_travel(WorldModel& model, std::uint32_t slot, const BodyState& start);
   void lay_travel(WorldModel& model, SolidIndex solid, const BodyState& start);
   void lay_link_travels(WorldModel& model, const MechanismMover& mover);
   void set_region(WorldModel& model, std::uint32_t slot);
+  void set_region_of_object(WorldModel& model, std::uint32_t slot);
   bool update_due(WorldModel& model, Broadphase& broadphase);
-  bool update_partners(const WorldModel& model, Broadphase& broadphase, SolidIndex solid);
+  bool find_partners(const WorldModel& model, Broadphase& broadphase, std::uint32_t slot, SolidIndex proxy);
+  void search_levels(const WorldModel& model, SolidIndex a, SolidIndex b);
+  bool update_object_partners(WorldModel& model, Broadphase& broadphase, std::uint32_t slot);
+  void update_partners(WorldModel& model, SolidIndex solid);
+  void open(WorldModel& model, SolidIndex solid);
+  void close_idle(WorldModel& model, std::uint32_t slot);
   void update_all(WorldModel& model, Broadphase& broadphase);
+  void watch_again(WorldModel& model, const SolidPair& pair);
   void find_looked_at(const WorldModel& model, const Movers& movers);
 
   PairWatch pairs_, pairs_before_;
@@ -97,11 +106,14 @@ class WatchedPairs {
   std::vector<std::uint32_t> imminent_;  // by index
 
   // For the broadphase: where solids stand, and how far from there they may be.
-  std::vector<Pose> stands_;     // by solid
-  std::vector<double> regions_;  // by solid [m]
+  std::vector<Pose> stands_;         // by proxy
+  std::vector<double> regions_;      // by proxy [m]
+  std::vector<Pose> objects_stand_;  // by slot: of those with levels the object's own pose then
 
   // Memory of one call.
   std::vector<std::uint32_t> movable_;                                // slots, of update_all()
+  std::vector<SolidIndex> proxies_;                                   // of find_partners()
+  std::vector<SolidPair> found_;                                      // of search_levels()
   std::vector<SolidIndex> partners_;                                  // of update_partners()
   std::vector<std::pair<SolidIndex, std::uint32_t>> known_partners_;  // the same: watched so far, by index
   std::vector<GatheredPair> gathered_;                                // of keep_checked(): those that are on

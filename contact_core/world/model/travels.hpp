@@ -20,9 +20,12 @@ struct Travels {
                            ///< all of the watched ones that may come near
   std::vector<double> last_solid, last_link_pair;        ///< of the path that was laid last [m]; 0: at rest
   std::vector<double> planned_solid, planned_link_pair;  ///< of a path that a slide may take [m]
-  std::uint64_t clearings = 0;          ///< of the two: what movers know of their plans there ends with each
-  std::vector<double> needed;           ///< how far on slides of rigid bodies ask what is watched [m]
-  std::vector<WorldVertices> vertices;  ///< as it stands, once asked for
+  std::uint64_t clearings = 0;  ///< of the two: what movers know of their plans there ends with each
+  // The same of objects that have levels, by slot: no point of one goes further. Of their solids the sums
+  // above count while these are open.
+  std::vector<double> of_object, last_object, object_limit, needed_object;  ///< [m]
+  std::vector<double> needed;              ///< how far on slides of rigid bodies ask what is watched [m]
+  std::vector<WorldVertices> vertices;     ///< as it stands, once asked for
   std::vector<std::uint8_t> has_vertices;  ///< by solid
   std::vector<SolidIndex> unplaced;        ///< within place_vertices()
 

@@ -85,6 +85,10 @@ void take_room(WorldModel& model, bool anew) {
   for (std::vector<double>* values : {&travels.of_solid, &travels.solid_limit, &travels.imminent_solid,
                                       &travels.last_solid, &travels.planned_solid, &travels.needed})
     size(*values, solids, 0.0);
+  for (std::vector<double>* values :
+       {&travels.of_object, &travels.last_object, &travels.object_limit, &travels.needed_object})
+    size(*values, slots, 0.0);
+  model.open.take_room(slots, solids, anew);
   resize_more(travels.vertices, solids), resize_more(travels.has_vertices, solids);
   reserve_more(travels.unplaced, solids);
   if (anew) number_own_pairs(model);
@@ -133,6 +137,10 @@ void begin_object(WorldModel& model, std::uint32_t slot) {
   model.stops[slot] = 1.0;
   model.in_motion[slot] = 0;
   Travels& travels = model.travels;
+  for (std::vector<double>* values :
+       {&travels.of_object, &travels.last_object, &travels.object_limit, &travels.needed_object})
+    (*values)[slot] = 0.0;
+  model.open.close_idle(slot, model.layout.first_solid[slot], [](SolidIndex) { return true; });
   for (SolidIndex i = model.layout.first_solid[slot]; i < model.layout.first_solid[slot + 1]; ++i)
     for (std::vector<double>* values : {&travels.of_solid, &travels.solid_limit, &travels.imminent_solid,
                                         &travels.last_solid, &travels.planned_solid, &travels.needed})

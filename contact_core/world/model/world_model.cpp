@@ -63,6 +63,11 @@ double WorldModel::contact_reach(SolidIndex solid, double travel) const {
   return std::max(2.0 * gap_at(norm_inf(from[solid].p) + size + travel) - margin, 0.0);
 }
 
+double WorldModel::contact_reach_of_object(std::uint32_t slot, double travel) const {
+  const double size = norm(objects.poses_in_body()[slot].p) + layout.levels[slot]->extent();
+  return std::max(2.0 * gap_at(norm_inf(objects[slot].X_WO.p) + 2.0 * size + travel) - margin, 0.0);
+}
+
 PairDistances WorldModel::most_distances() const {
   const double most_gap = gap_at((furthest + largest_extent) * kUp);
   return {most_gap, std::max(2.0 * most_gap, rules.largest_warn_distance())};
@@ -126,11 +131,15 @@ std::pair<MovingSolid, MovingSolid> WorldModel::seen_from_earlier_link(const Sol
 
 double WorldModel::travel_on(const MechanismMover& mover, SolidIndex solid) const {
   const Sphere& sphere = layout.solids[solid].bounding_sphere();
-  const std::uint32_t slot = layout.slot_of[solid], link = link_of(slot);
+  return travel_on(mover, layout.slot_of[solid], {transform(X_BS[solid], sphere.centre), sphere.radius});
+}
+
+double WorldModel::travel_on(const MechanismMover& mover, std::uint32_t slot, const Sphere& sphere_B) const {
+  const std::uint32_t link = link_of(slot);
   const Rides::Ride* ride = rides.find(objects[slot].root);
-  const Vector3 in_body = transform(X_BS[solid], sphere.centre);
+  const Vector3& in_body = sphere_B.centre;
   return (mover.path.speed_bound(link, ride == nullptr ? in_body : transform(ride->X_LR, in_body)) +
-          mover.path.turn_bound(link) * sphere.radius) *
+          mover.path.turn_bound(link) * sphere_B.radius) *
          kUp;
 }
 

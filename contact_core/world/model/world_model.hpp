@@ -9,6 +9,7 @@
 #include "touchstone/contact_core/geometry/norms.hpp"
 #include "touchstone/contact_core/motion/narrowphase_query.hpp"
 #include "touchstone/contact_core/world/contact_world.hpp"
+#include "touchstone/contact_core/world/model/open_solids.hpp"
 #include "touchstone/contact_core/world/model/rides.hpp"
 #include "touchstone/contact_core/world/model/travels.hpp"
 #include "touchstone/contact_core/world/objects/mechanism_mover.hpp"
@@ -48,6 +49,7 @@ struct WorldModel {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> members;  // (root, object by slot), sorted
   std::vector<std::uint32_t> member_root;                        // by slot: its root in members, or none
   Rides rides;                                                   // by root
+  OpenSolids open;                                               // of objects with levels
   Travels travels;
 
   bool is_sampled() const { return !gives_signed_distance(*narrowphase); }
@@ -86,12 +88,21 @@ struct WorldModel {
          member != members.end() && member->first == root; ++member)
       visit(member->second);
   }
-  /// Calls visit(solid) for each solid of those.
+  /// Calls visit(solid) for each of the slot's solids that has to be looked at, ascending: of an object with
+  /// levels the open ones. `from`, and Travels by solid, are of these only.
+  template <class Visit>
+  void for_each_solid_of(std::uint32_t slot, Visit visit) const {
+    const SolidIndex first = layout.first_solid[slot];
+    if (layout.levels[slot] == nullptr) {
+      for (SolidIndex i = first; i < layout.first_solid[slot + 1]; ++i) visit(i);
+    } else {
+      for (const SolidIndex i : open.of(slot, first)) visit(i);
+    }
+  }
+  /// The same of all that moves with the root.
   template <class Visit>
   void for_each_solid(std::uint32_t root, Visit visit) const {
-    for_each_member(root, [&](std::uint32_t slot) {
-      for (SolidIndex i = layout.first_solid[slot]; i < layout.first_solid[slot + 1]; ++i) visit(i);
-    });
+    for_each_member(root, [&](std::uint32_t slot) { for_each_solid_of(slot, visit); });
   }
   /// A mover's solid, then the other one's; of two links of one arm the one on the later link counts as the
   /// mover's: which of the two is a depends on the order of registration.
@@ -122,6 +133,8 @@ struct WorldModel {
   /// By so much more than the broadphase's margin the solid is in contact with others: far out, or with a
   /// coarse backend, twice the gap is more. @param travel it goes no further from where it is. [m]
   double contact_reach(SolidIndex solid, double travel) const;
+  /// The same of all solids of an object with levels.
+  double contact_reach_of_object(std::uint32_t slot, double travel) const;
   /// Switched on, not exempt, and not of one body.
   bool is_checked(const SolidPair& pair) const;
   /// Its rule and distances; nothing is known of it yet.
@@ -135,6 +148,8 @@ struct WorldModel {
   }
   /// How far no point of the solid goes on the mechanism's path [m].
   double travel_on(const MechanismMover& mover, SolidIndex solid) const;
+  /// The same of all that is within a sphere in the slot's body.
+  double travel_on(const MechanismMover& mover, std::uint32_t slot, const Sphere& sphere_B) const;
   /// The same of each two links relative to each other: `out` by Travels::of_link_pair.
   void measure_link_travels(const MechanismMover& mover, std::vector<double>& out) const;
   double travelled(const SolidPair& pair, std::uint32_t link_pair) const {

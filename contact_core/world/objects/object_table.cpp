@@ -24,11 +24,23 @@ std::uint32_t solid_index(const HexahedronTree& tree, std::string_view name) {
 // Lists of changes that a slot is in.
 constexpr std::uint8_t kReplaced = 1, kRebodied = 2;
 
+/// Objects that are alike in this may take each other's slots.
+std::pair<std::size_t, bool> places_of(const ObjectRecord& object) {
+  return {object.description.tree->solids().size(), object.levels != nullptr};
+}
+
+std::shared_ptr<const ObjectLevels> levels_of(const ObjectDescription& object) {
+  if (!object.levels.empty()) validate_levels(*object.tree, object.levels);
+  const bool is_large = object.tree->solids().size() >= kSearchedFrom || !object.levels.empty();
+  if (object.is_static || !object.is_searched || !is_large) return nullptr;
+  return std::make_shared<const ObjectLevels>(*object.tree, object.levels);
+}
+
 }  // namespace
 
-/// Of those whose solids' places fit; else a new one.
-std::uint32_t ObjectTable::free_slot(std::size_t solids) {
-  const auto fitting = free_slots_.find(solids);
+/// Of those whose places for solids fit this object; else a new one.
+std::uint32_t ObjectTable::free_slot(const ObjectRecord& object) {
+  const auto fitting = free_slots_.find(places_of(object));
   if (fitting != free_slots_.end()) {
     const std::uint32_t slot = *fitting->second.begin();
     fitting->second.erase(fitting->second.begin());
@@ -62,20 +74,20 @@ ObjectHandle ObjectTable::add(ObjectDescription description) {
   const std::string& name = description.tree->name();
   validate_pose(description.X_WO, "object '" + name + "'");
   if (slot_of_name_.contains(name)) throw InputError("object '" + name + "': the name is taken");
-  std::uint64_t groups = 0;
-  for (const std::uint32_t group : this->groups(description.groups)) groups |= std::uint64_t{1} << group;
+  ObjectRecord added;
+  added.levels = levels_of(description);
+  for (const std::uint32_t group : groups(description.groups)) added.groups |= std::uint64_t{1} << group;
 
-  const std::uint32_t slot = free_slot(description.tree->solids().size());
+  added.alive = true;
+  added.X_WO = added.commanded = description.X_WO;
+  added.description = std::move(description);
+  added.carrier = kNone;
+  const std::uint32_t slot = free_slot(added);
   ObjectRecord& record = records_[slot];
   const std::uint32_t generation = record.generation + 1;
-  record = {};
+  record = std::move(added);
   record.generation = generation;
-  record.alive = true;
-  record.X_WO = record.commanded = description.X_WO;
   record.body = record.root = slot;
-  record.groups = groups;
-  record.description = std::move(description);
-  record.carrier = kNone;
   X_BO_[slot] = X_CO_[slot] = {};
   slot_of_name_.emplace(record.name(), slot);
   join_groups(slot);
@@ -138,7 +150,7 @@ void ObjectTable::remove_link(ObjectHandle object) {
   while (!record.exemptions.empty()) drop_exemption(SolidExemption(record.exemptions.back()));
   record.alive = false;
   slot_of_name_.erase(record.name());
-  free_slots_[record.description.tree->solids().size()].insert(object.slot);
+  free_slots_[places_of(record)].insert(object.slot);
   note(changes_.replaced, object.slot, kReplaced);
 }
 
@@ -336,19 +348,26 @@ std::optional<SolidIndex> Layout::find(const Layout& other, SolidIndex solid) co
 void Layout::reserve(std::size_t slots, std::size_t all_solids) {
   handles.reserve(slots), trees.reserve(slots), is_static.reserve(slots), first_solid.reserve(slots + 1);
   slot_of.reserve(all_solids), solids.reserve(all_solids), X_OS.reserve(all_solids);
+  levels.reserve(slots), proxy_trees.reserve(slots), first_proxy.reserve(slots + 1);
+  slot_of_proxy.reserve(all_solids);
 }
 
 void Layout::put(const ObjectTable& objects, std::uint32_t slot) {
   const ObjectRecord& object = objects[slot];
   const std::vector<PlacedHexahedron>& placed = object.description.tree->solids();
+  const HexahedronTree& proxies = object.levels ? object.levels->box() : *object.description.tree;
   if (slot == slots()) {
     first_solid.push_back(first_solid.back() + static_cast<SolidIndex>(placed.size()));
+    first_proxy.push_back(first_proxy.back() + static_cast<SolidIndex>(proxies.solids().size()));
     handles.emplace_back(), trees.emplace_back(), is_static.emplace_back();
+    levels.emplace_back(), proxy_trees.emplace_back();
+    slot_of_proxy.resize(first_proxy.back(), slot);
     slot_of.resize(first_solid.back(), slot);
     solids.resize(first_solid.back(), placed.front().solid), X_OS.resize(first_solid.back());
   }
   handles[slot] = object.alive ? objects.handle(slot) : ObjectHandle{};
   trees[slot] = object.description.tree.get();
+  levels[slot] = object.levels.get(), proxy_trees[slot] = &proxies;
   is_static[slot] = object.is_static();
   for (std::size_t i = 0; i < placed.size(); ++i)
     solids[first_solid[slot] + i] = placed[i].solid, X_OS[first_solid[slot] + i] = placed[i].X_OS;
@@ -360,7 +379,7 @@ Layout make_layout(const ObjectTable& objects) {
   for (std::uint32_t slot = 0; slot < objects.size(); ++slot)
     solids += objects[slot].description.tree->solids().size();
   out.reserve(2 * objects.size(), 2 * solids);  // those that come later find room
-  out.first_solid.push_back(0);
+  out.first_solid.push_back(0), out.first_proxy.push_back(0);
   for (std::uint32_t slot = 0; slot < objects.size(); ++slot) out.put(objects, slot);
   return out;
 }

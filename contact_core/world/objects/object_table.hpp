@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "touchstone/contact_core/world/contact_world.hpp"
+#include "touchstone/contact_core/world/objects/object_levels.hpp"
 #include "touchstone/contact_core/world/objects/record_list.hpp"
 
 namespace touchstone {
@@ -27,6 +28,7 @@ struct SolidExemption {
 
 struct ObjectRecord {
   ObjectDescription description;  ///< its tree stays after the object, until the slot is used again
+  std::shared_ptr<const ObjectLevels> levels;  ///< null: its hexahedra are always looked at one by one
   std::uint32_t generation = 0;
   bool alive = false;
   Pose X_WO;  ///< actual
@@ -121,7 +123,7 @@ class ObjectTable {
   bool add_exemption(const SolidExemption& exemption);
   void drop_exemption(const SolidExemption& exemption);
   void join_groups(std::uint32_t slot);
-  std::uint32_t free_slot(std::size_t solids);
+  std::uint32_t free_slot(const ObjectRecord& object);
   void grow(std::size_t room);
   std::uint32_t group(std::string_view name);
   void check_latch(std::uint32_t carrier, std::uint32_t carried) const;
@@ -130,7 +132,8 @@ class ObjectTable {
 
   RecordList<ObjectRecord> records_;
   std::map<std::string_view, std::uint32_t> slot_of_name_;  // names are the records' own; never hashed anew
-  std::map<std::size_t, std::set<std::uint32_t>> free_slots_;  // by the number of their solids
+  /// By the number of their solids, and whether they have levels.
+  std::map<std::pair<std::size_t, bool>, std::set<std::uint32_t>> free_slots_;
   std::vector<Pose> X_BO_;
   std::vector<std::vector<Pose>> X_BO_before_;  // outgrown: paths may still look there
   std::vector<Pose> X_CO_;                      // in the carrier, as latched
@@ -150,12 +153,24 @@ struct Layout {
   std::vector<Hexahedron> solids;
   std::vector<Pose> X_OS;
   std::vector<const HexahedronTree*> trees;
+  std::vector<const ObjectLevels*> levels;  ///< by slot; null: none
+  // Broadphases see proxies: an object's hexahedra, or one box about an object with levels.
+  std::vector<const HexahedronTree*> proxy_trees;
+  std::vector<SolidIndex> first_proxy;       ///< by slot, and one more
+  std::vector<std::uint32_t> slot_of_proxy;  ///< by proxy
   std::vector<std::uint8_t> is_static;
   std::vector<SolidPair> exempt;  ///< sorted; one as often as exemptions name it
 
   std::uint32_t slots() const { return static_cast<std::uint32_t>(handles.size()); }
   bool is_alive(std::uint32_t slot) const { return handles[slot] != ObjectHandle{}; }
   bool is_exempt(const SolidPair& pair) const;
+  /// @pre the slot has no levels.
+  SolidIndex proxy_of(std::uint32_t slot, SolidIndex solid) const {
+    return first_proxy[slot] + (solid - first_solid[slot]);
+  }
+  SolidIndex solid_of(std::uint32_t slot, SolidIndex proxy) const {
+    return first_solid[slot] + (proxy - first_proxy[slot]);
+  }
   SolidIndex first_solid_of(SolidIndex solid) const { return first_solid[slot_of[solid]]; }
   ObjectHandle handle_of(SolidIndex solid) const { return handles[slot_of[solid]]; }
   void reserve(std::size_t slots, std::size_t all_solids);

@@ -45,6 +45,7 @@ class PairWatch {
 
   /// All indices are below.
   std::uint32_t size() const { return static_cast<std::uint32_t>(pairs_.size()); }
+  bool has_any_of(SolidIndex solid) const { return first_[solid] != kNone; }
   std::uint32_t count() const { return count_; }  ///< of the pairs that are watched
   bool is_used(std::uint32_t index) const { return pairs_[index].a != pairs_[index].b; }
   WatchedPair& operator[](std::uint32_t index) { return pairs_[index]; }

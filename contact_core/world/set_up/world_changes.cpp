@@ -34,7 +34,7 @@ void ContactWorld::State::build_all() {
   if (!planner) planner = make_native();
   planner->build(next.solids);
   BroadphaseInput input;
-  input.trees = next.trees;
+  input.trees = next.proxy_trees;
   input.margin = margin = std::max(2.0 * gap, rules.default_rule().warn_distance.value_or(0.0));
   input.is_static = next.is_static;
   input.threads = lanes.runner();
@@ -135,7 +135,7 @@ bool ContactWorld::State::replace_object(std::uint32_t slot) {
     const auto solids = layout.solids_of(slot);
     if (!narrowphase->set_solids(layout.first_solid[slot], solids)) return false;
     if (!planner->set_solids(layout.first_solid[slot], solids)) return false;
-    if (!broadphase->set_object(slot, layout.trees[slot], layout.is_static[slot] != 0)) return false;
+    if (!broadphase->set_object(slot, layout.proxy_trees[slot], layout.is_static[slot] != 0)) return false;
   }
   if (!is_alive && !broadphase->set_object(slot, nullptr, false)) return false;
   needs_layout = false;

@@ -85,6 +85,13 @@ bool is_passed_by(const SlidePairs::Scope& scope, const Slider& slider, const Fr
   return stays_apart_along(first, second, watch.axis_W, pair.interest);
 }
 
+/// How far a rigid slider may take what is in the sphere.
+double rigid_reach(const WorldModel& model, const Slider& slider, const Sphere& sphere_W) {
+  const Vector3 centre_W = transform(model.objects[slider.root].X_WO, slider.metric.centre);
+  const double furthest = norm(sphere_W.centre - centre_W) + sphere_W.radius;
+  return kUp * slider.distance * (1.0 + slider.turn_rate() * furthest);
+}
+
 }  // namespace
 
 double slide_reach(const WorldModel& model, const Slider& slider, SolidIndex solid, SolidIndex other) {
@@ -102,11 +109,11 @@ bool plan_goes_beyond(WorldModel& model, const Slider& slider) {
   bool is_beyond = false;
   model.for_each_member(slider.root, [&](std::uint32_t slot) {
     const bool is_carried_on = model.moves(slot);
-    for (SolidIndex i = model.layout.first_solid[slot]; i < model.layout.first_solid[slot + 1]; ++i) {
+    model.for_each_solid_of(slot, [&](SolidIndex i) {
       const double planned = is_carried_on ? model.travel_on(*slider.arm, i) : 0.0;
       travels.planned_solid[i] = planned;
       is_beyond = is_beyond || !(travels.of_solid[i] + planned <= travels.imminent_solid[i]);
-    }
+    });
   });
   model.measure_link_travels(*slider.arm, travels.planned_link_pair);
   slider.arm->planned_path = slider.arm->paths, slider.arm->planned_after = travels.clearings;
@@ -116,6 +123,29 @@ bool plan_goes_beyond(WorldModel& model, const Slider& slider) {
                 !(travels.of_link_pair[k] + travels.planned_link_pair[k] <= travels.imminent_link_pair[k]);
   return is_beyond;
 }
+
+namespace {
+
+/// Whether more may come near a rigid slider's object than is watched. Notes how far on it has to be.
+bool object_is_wanting(WorldModel& model, const Slider& slider, std::uint32_t slot) {
+  Travels& travels = model.travels;
+  if (const ObjectLevels* levels = model.layout.levels[slot]) {
+    const Sphere sphere_W{transform(model.objects[slot].X_WO, levels->sphere_O().centre),
+                          levels->sphere_O().radius};
+    const double needed = 2.0 * (rigid_reach(model, slider, sphere_W) + travels.last_object[slot]);
+    travels.needed_object[slot] = needed;
+    return travels.of_object[slot] + needed > travels.object_limit[slot];
+  }
+  bool is_wanting = false;
+  model.for_each_solid_of(slot, [&](SolidIndex i) {
+    const double needed = 2.0 * (slide_reach(model, slider, i, i) + travels.last_solid[i]);
+    travels.needed[i] = needed;
+    is_wanting = is_wanting || travels.of_solid[i] + needed > travels.solid_limit[i];
+  });
+  return is_wanting;
+}
+
+}  // namespace
 
 void SlidePairs::reserve(std::size_t slots, std::size_t solids, std::size_t mechanisms) {
   reserve_more(pairs_, 64 + 16 * solids), reserve_more(near_, 64 + 16 * solids);
@@ -136,17 +166,12 @@ std::span<const std::uint32_t> SlidePairs::begin(WorldModel& model, const Slider
   pairs_.clear(), held_.clear(), wanting_.clear();
   Travels& travels = model.travels;
   std::fill(travels.needed.begin(), travels.needed.end(), 0.0);
+  std::fill(travels.needed_object.begin(), travels.needed_object.end(), 0.0);
   for (const Slider& slider : sliders.list) {
     if (slider.arm != nullptr || slider.done) continue;
     model.for_each_member(slider.root, [&](std::uint32_t slot) {
-      bool is_wanting = false;
-      for (SolidIndex i = model.layout.first_solid[slot]; i < model.layout.first_solid[slot + 1]; ++i) {
-        // The watch takes the last path, gone by now, from its reserve.
-        const double needed = 2.0 * (slide_reach(model, slider, i, i) + travels.last_solid[i]);
-        travels.needed[i] = needed;
-        is_wanting = is_wanting || travels.of_solid[i] + needed > travels.solid_limit[i];
-      }
-      if (is_wanting) wanting_.push_back(slot);
+      // The watch takes the last path, gone by now, from its reserve.
+      if (object_is_wanting(model, slider, slot)) wanting_.push_back(slot);
     });
   }
   return wanting_;

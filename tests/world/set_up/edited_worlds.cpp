@@ -11,6 +11,7 @@
 
 #include "touchstone/tests/support/random_solid.hpp"
 #include "touchstone/tests/world/arms/arm_fixture.hpp"
+#include "touchstone/tests/world/levels_fixture.hpp"
 
 namespace touchstone {
 namespace {
@@ -64,6 +65,8 @@ PairRule draw_rule(Random& random) {
 class Flight {
  public:
   Flight() : world_(make_world()) { world_->set_default_hand(HandStiffness{}); }
+  /// From now on objects that come have levels.
+  void use_levels() { has_levels_ = true; }
 
   ContactWorld& world() { return *world_; }
   const ContactWorld& world() const { return *world_; }
@@ -76,7 +79,8 @@ class Flight {
       case Kind::add:
         keep(edit.a,
              world_->add({edit.tree, edit.X_WO, edit.is_static,
-                          edit.in_group ? std::vector<std::string>{"some"} : std::vector<std::string>{}}));
+                          edit.in_group ? std::vector<std::string>{"some"} : std::vector<std::string>{},
+                          has_levels_ ? levels_about(*edit.tree, 2) : Levels{}}));
         return;
       case Kind::add_arm: {
         const MechanismHandle arm = world_->add_mechanism({make_arm(edit.a, kBars), edit.X_WO, {}});
@@ -158,6 +162,7 @@ class Flight {
   }
 
   std::unique_ptr<ContactWorld> world_;
+  bool has_levels_ = false;
   std::map<std::string, ObjectHandle> objects_;
   std::map<std::string, MechanismHandle> arms_;
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::string> names_;
@@ -411,7 +416,8 @@ class Comparison {
  public:
   Comparison(std::uint64_t seed, OrderFigures& figures)
       : seed_(seed), script_(seed), shuffle_(seed + 1000003), figures_(figures) {
-    flights_.back().world().set_threads(2);
+    flights_[3].world().set_threads(2);
+    flights_[4].use_levels();
   }
 
   void fly() {
@@ -433,8 +439,8 @@ class Comparison {
   }
 
  private:
-  static constexpr int kFlights = 4;
-  static int order_of(int flight) { return flight == kFlights - 1 ? 0 : flight; }
+  static constexpr int kFlights = 5;
+  static int order_of(int flight) { return flight >= 3 ? 0 : flight; }
 
   void apply(const std::vector<Edit>& edits) {
     figures_.edits += edits.size();

@@ -29,8 +29,9 @@ struct OrderFigures {
 
 /// Flies `worlds` worlds, of the seeds from `seed` on. In each an arm or two, and solids that stand, are
 /// commanded or go along, among them some in overlap; links and bodies carry others. Every other frame some
-/// are added, removed, latched, let go, exempted, switched or ruled otherwise. Four times the same: as drawn;
-/// with all that is registered, edited and commanded in two other orders; and as drawn on two threads.
+/// are added, removed, latched, let go, exempted, switched or ruled otherwise. Five times the same: as drawn;
+/// with all that is registered, edited and commanded in two other orders; as drawn on two threads; and as
+/// drawn where every object has levels.
 OrderFigures fly_edited_worlds(std::uint64_t seed, std::uint64_t worlds);
 
 void print(std::ostream& out, const OrderFigures& figures);
