@@ -222,12 +222,19 @@ void bind_objects(WorldClass& world) {
       .def(
           "add",
           [](GuardedWorld& self, std::shared_ptr<HexahedronTree> tree, const py::object& X_WO, bool is_static,
-             std::vector<std::string> groups) {
-            return self.get().add({std::move(tree), pose(X_WO, "X_WO"), is_static, std::move(groups)});
+             std::vector<std::string> groups, const std::vector<std::shared_ptr<HexahedronTree>>& levels) {
+            return self.get().add({std::move(tree),
+                                   pose(X_WO, "X_WO"),
+                                   is_static,
+                                   std::move(groups),
+                                   {levels.begin(), levels.end()}});
           },
           py::arg("tree"), py::arg("X_WO") = py::none(), py::arg("is_static") = false,
           py::arg("groups") = std::vector<std::string>{},
-          "Adds an object; X_WO: None, (4, 4), or (position, quaternion wxyz). Its name is the tree's.")
+          py::arg("levels") = std::vector<std::shared_ptr<HexahedronTree>>{},
+          "Adds an object; X_WO: None, (4, 4), or (position, quaternion wxyz). Its name is the tree's. "
+          "levels: "
+          "coarser and coarser trees of it, each hexahedron inside one of the next; for speed alone.")
       .def("remove", [](GuardedWorld& self, ObjectHandle object) { self.get().remove(object); })
       .def("find", [](GuardedWorld& self, const std::string& name) { return self.get().find(name); })
       .def("is_alive", [](GuardedWorld& self, ObjectHandle object) { return self.get().is_alive(object); })

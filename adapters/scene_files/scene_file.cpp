@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 #include <numbers>
 #include <set>
 
@@ -11,6 +12,7 @@
 #include "touchstone/contact_core/geometry/quaternion.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/scene/scene_instance.hpp"
+#include "touchstone/contact_core/world/contact_world.hpp"
 
 namespace touchstone {
 namespace {
@@ -240,11 +242,30 @@ Motion read_motion(const YamlReader& reader, double scene_duration, const std::s
   return motion;
 }
 
+/// Each a list of hexahedra, whose parts are read as the object's own.
+std::vector<std::shared_ptr<const HexahedronTree>> read_levels(const YamlReader& reader,
+                                                               const HexahedronTree& tree) {
+  std::vector<std::shared_ptr<const HexahedronTree>> levels;
+  for (const YamlReader& level : reader.list()) {
+    ObjectParts parts{tree.name(), {}, {}};
+    std::set<std::string> names;
+    for (const YamlReader& part : level.list()) read_part(part, names, parts);
+    if (parts.solids.empty()) level.fail("no hexahedron");
+    levels.push_back(std::make_shared<HexahedronTree>(std::move(parts.solids), tree.name()));
+  }
+  try {
+    validate_levels(tree, levels);
+  } catch (const InputError& error) {
+    reader.fail_bare(error.what());
+  }
+  return levels;
+}
+
 SceneObject read_object(const YamlReader& item, double scene_duration, std::set<std::string>& names,
                         Scene& scene) {
   const std::string name = item.has("name") ? item.at("name").text() : "";
   const YamlReader reader = name.empty() ? item : item.within("object " + quoted(name));
-  reader.require_keys({"name", "pose", "groups", "hexahedra", "motion", "copies", "static"});
+  reader.require_keys({"name", "pose", "groups", "hexahedra", "motion", "copies", "static", "levels"});
   if (name.empty()) reader.fail("object without a name");
   if (!names.insert(name).second) reader.fail("the name occurs twice");
   ObjectParts parts{name, {}, {}};
@@ -258,6 +279,7 @@ SceneObject read_object(const YamlReader& item, double scene_duration, std::set<
   if (reader.has("groups"))
     for (const YamlReader& group : reader.at("groups").list()) object.groups.push_back(group.text());
   if (reader.has("static")) object.is_static = scene_files::read_choice(reader.at("static"));
+  if (reader.has("levels")) object.levels = read_levels(reader.at("levels"), object.tree);
   for (FacetFigure& figure : parts.facet_figures) scene.facet_figures.push_back(std::move(figure));
   return object;
 }
@@ -312,8 +334,12 @@ void add_copies(const YamlReader& reader, const SceneObject& object, std::set<st
       for (int x = 0; x < copies.count[0] - z * copies.layer_less; ++x) {
         const std::string name = object.tree.name() + " " + std::to_string(number++);
         if (!names.insert(name).second) reader.fail("the name " + quoted(name) + " occurs twice");
-        SceneObject copy{HexahedronTree(object.tree.solids(), name), object.X_WO, object.motion,
-                         object.groups, object.is_static};
+        SceneObject copy{HexahedronTree(object.tree.solids(), name),
+                         object.X_WO,
+                         object.motion,
+                         object.groups,
+                         object.is_static,
+                         object.levels};
         copy.groups.push_back(object.tree.name());
         const Vector3 cell(x, y, z);
         copy.X_WO.p += copies.spacing.cwiseProduct(cell) + z * copies.layer_shift;

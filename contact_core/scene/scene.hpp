@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -47,6 +48,8 @@ struct SceneObject {
   /// Stands for ever: nothing commands, carries, shoves or carries it off. What has no motion, and no rule
   /// that lets it be taken along, does so anyway.
   bool is_static = false;
+  /// Coarser and coarser trees of the object: ObjectDescription::levels (world/contact_world.hpp).
+  std::vector<std::shared_ptr<const HexahedronTree>> levels = {};
 };
 
 /// A rule of the pairs between two objects, or between the objects of two groups (the same one: within it).

@@ -41,7 +41,7 @@ SceneWorld::SceneWorld(const Scene& scene, std::unique_ptr<Narrowphase> narrowph
         object.motion.at_rest() && carrier_of(scene, i) == kNoObject && !may_be_taken_along(scene, i);
     // The scene outlives this, so the world's share of the tree owns nothing.
     const std::shared_ptr<const HexahedronTree> tree(std::shared_ptr<void>(), &object.tree);
-    objects_.push_back(world_.add({tree, object.X_WO, is_static, object.groups}));
+    objects_.push_back(world_.add({tree, object.X_WO, is_static, object.groups, object.levels}));
   }
   set_rules(scene, objects_, world_);
   for (const SceneLatch& latch : scene.latches)

@@ -61,6 +61,33 @@ void keep_bores_open(const MeshDistance& mesh, double over, FitOptions& options)
       options.regions.push_back({fmt::format("bore {}", options.regions.size()), part.bounds(), over});
 }
 
+/// Coarser levels of the cover, each with a certificate of its own. The first that is not proven is the
+/// run's verdict.
+void add_levels(const MeshDistance& solid, const FitRequest& request, comparison::ProgressLine& progress,
+                FitRun& run) {
+  std::vector<double> overs;
+  for (const Length& over : request.levels) overs.push_back(over.metres(run.diagonal));
+  progress.step("levels");
+  run.levels = coarser_levels(make_tree(run.fit, run.name), solid, overs);
+  for (const CoarserLevel& level : run.levels) {
+    Certificate certificate = run.certificate;
+    certificate.claim = {};
+    certificate.claim.excess = level.excess;
+    for (const PlacedHexahedron& placed : level.tree->solids())
+      certificate.claim.hexahedra.push_back(placed.solid.vertices());
+    run.level_certificates.push_back(std::move(certificate));
+    if (!run.verdict.is_proven) continue;
+    CoverVerdict verdict = check_cover(run.mesh, run.level_certificates.back().claim);
+    if (verdict.is_proven) continue;
+    run.verdict.is_proven = false;
+    run.verdict.reason = fmt::format("level {}: {}", run.level_certificates.size(), verdict.reason);
+  }
+}
+
+std::string level_certificate_extension(std::size_t level) {
+  return fmt::format(".level{}.certificate.json", level + 1);
+}
+
 std::string percent(double share) { return fmt::format("{:.3f}", 100.0 * share); }
 
 }  // namespace
@@ -124,6 +151,7 @@ FitRun run_fit(const std::filesystem::path& mesh, const FitRequest& request,
                      request.input.up, claim_of(run.fit, options)};
   progress.step("prove");
   run.verdict = check_cover(triangles, run.certificate.claim);
+  if (!request.levels.empty()) add_levels(solid, request, progress, run);
   run.proof_seconds = processor_seconds() - fitted;
   // Samples, pages and training scenes cost time, and are made on request.
   if (request.samples > 0) {
@@ -140,6 +168,8 @@ FitRun run_fit(const std::filesystem::path& mesh, const FitRequest& request,
 
 std::vector<std::string> cover_extensions(const FitRequest& request) {
   std::vector<std::string> all{".yaml", ".certificate.json"};
+  for (std::size_t level = 0; level < request.levels.size(); ++level)
+    all.push_back(level_certificate_extension(level));
   if (request.page) all.insert(all.end(), {".html", ".gltf"});
   if (request.training) all.insert(all.end(), {".scene.yaml", ".flight.yaml"});
   return all;
@@ -150,8 +180,11 @@ std::vector<comparison::ReportFile> cover_files(const FitRun& run) {
       fmt::format("{} hexahedra cover {} ({} triangles); no point of them is farther outside than {:.6g} m",
                   run.fit.hexahedra.size(), run.certificate.mesh_file, run.triangles, run.fit.excess);
   std::vector<comparison::ReportFile> files = {
-      {run.name + ".yaml", scene_text(run.fit, run.name, description)},
+      {run.name + ".yaml", scene_text(run.fit, run.name, description, 1.0, run.levels)},
       {run.name + ".certificate.json", certificate_text(run.certificate)}};
+  for (std::size_t level = 0; level < run.level_certificates.size(); ++level)
+    files.emplace_back(run.name + level_certificate_extension(level),
+                       certificate_text(run.level_certificates[level]));
   files.insert(files.end(), run.more.begin(), run.more.end());
   return files;
 }

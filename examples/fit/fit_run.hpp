@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "touchstone/contact_core/fit/levels.hpp"
 #include "touchstone/examples/fit/certificate.hpp"
 #include "touchstone/examples/program/files/report_files.hpp"
 #include "touchstone/examples/program/options/length.hpp"
@@ -32,6 +33,7 @@ struct FitRequest {
   std::optional<std::size_t> count;
   std::vector<RegionRequest> regions;
   std::optional<Length> keep_open;  ///< largest error in bores that are found
+  std::vector<Length> levels;       ///< errors of coarser levels, ascending
   MeshInput input;
   bool page = false;      ///< a page and a glTF model, too
   bool training = false;  ///< a scene and a script to fly, too
@@ -53,7 +55,9 @@ struct FitRun {
   CoverVerdict verdict;
   std::size_t samples = 0, uncovered = 0;
   Certificate certificate;
-  std::vector<comparison::ReportFile> more;  ///< pictures and scenes where they are asked for
+  std::vector<CoarserLevel> levels;
+  std::vector<Certificate> level_certificates;  ///< one a level: proven too, where the verdict says so
+  std::vector<comparison::ReportFile> more;     ///< pictures and scenes where they are asked for
 };
 
 /// The name of a mesh's cover: the file's without extension; what is no UTF-8 is replaced.

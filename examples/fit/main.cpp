@@ -20,7 +20,7 @@ using namespace touchstone::fitting;
 struct Options {
   std::string input, over, keep_open, up = "as-written", size, check, serves, tolerance, margin, object,
                                       output = "fit";
-  std::vector<std::string> unit, regions;
+  std::vector<std::string> unit, regions, levels;
   std::size_t count = 0, samples = 0;
   int repairs = FitOptions().repairs;
   int tries = fitting::FitRequest().tries;
@@ -77,6 +77,11 @@ bool parse(int argc, char** argv, Options& options) {
       "in the file's units");
   app.add_option("--keep-open", options.keep_open,
                  "Largest error in round bores, which are found: 0.9mm keeps them open to that");
+  app.add_option(
+         "--levels", options.levels,
+         "Errors of coarser levels for worlds, ascending: 20mm,100mm; each level holds the one before, "
+         "and is proven too")
+      ->delimiter(',');
   // Samples, repairs and tries trade time for trust and fewer hexahedra.
   app.add_option("--samples", options.samples, "Random points of surface and inside to look for in the cover")
       ->check(CLI::Range(std::int64_t{0}, std::int64_t{10'000'000'000}));
@@ -97,8 +102,8 @@ bool parse(int argc, char** argv, Options& options) {
   // A check fits nothing, so options of the fit exclude it.
   auto* const check = app.add_option("--check", options.check,
                                      "Checks this certificate against the mesh, and writes nothing");
-  for (const char* fits :
-       {"--over", "--count", "--region", "--keep-open", "--samples", "--repairs", "--tries", "--serves"})
+  for (const char* fits : {"--over", "--count", "--region", "--keep-open", "--samples", "--repairs",
+                           "--tries", "--serves", "--levels"})
     check->excludes(app.get_option(fits));
   app.add_option("--out,--output", options.output, "Folder of scenes, certificates and the table")
       ->capture_default_str();
@@ -165,6 +170,7 @@ FitRequest request_of(const Options& options) {
   if (request.keep_open && request.keep_open->is_share == request.over.is_share &&
       request.keep_open->value > request.over.value)
     reject("--keep-open", "is '" + options.keep_open + "', more than --over, which bores keep anyway");
+  for (const std::string& level : options.levels) request.levels.push_back(parse_length(level, "--levels"));
   request.input.up = parse_up(options.up);
   if (!options.size.empty()) request.input.expected_size = length_of(options.size, "--size");
   request.page = options.page;
@@ -262,6 +268,9 @@ int run(int argc, char** argv) {
     comparison::print_now(fmt::format("{}: {} hexahedra, error {:.4g} mm, {}\n", last.name,
                                       last.fit.hexahedra.size(), 1e3 * last.fit.excess,
                                       last.verdict.is_proven ? "proven" : "refused: " + last.verdict.reason));
+    for (std::size_t i = 0; i < last.levels.size(); ++i)
+      comparison::print_now(fmt::format("  level {}: {} hexahedra, error {:.4g} mm\n", i + 1,
+                                        last.levels[i].tree->solids().size(), 1e3 * last.levels[i].excess));
     is_proven = is_proven && last.verdict.is_proven;
     if (!last.verdict.is_proven) continue;  // nothing that is not proven is written
     for (comparison::ReportFile& file : cover_files(last)) report.push_back(std::move(file));

@@ -177,6 +177,37 @@ TEST_F(FittedFile, AnEarlierFitIntoTheSameFolderStays) {
   EXPECT_FALSE(std::filesystem::exists(output / "b.yaml"));
 }
 
+TEST_F(FittedFile, LevelsAreProvenAndWritten) {
+  FitRequest request;
+  request.over = {0.06, true};
+  request.levels = {{0.2, true}, {1.0, true}};
+  request.input.metres_per_unit = 1e-3;
+  request.repairs = 2;
+  comparison::ProgressLine progress;
+  const FitRun done = run_fit(path_, request, progress);
+  EXPECT_TRUE(done.verdict.is_proven) << done.verdict.reason;
+  ASSERT_EQ(done.levels.size(), 2U);
+  EXPECT_EQ(done.levels[1].tree->solids().size(), 1U);
+  EXPECT_LE(done.levels[1].excess, done.diagonal);
+  std::vector<std::string> names;
+  for (const comparison::ReportFile& file : cover_files(done)) names.push_back(file.first);
+  for (const std::string& extension : cover_extensions(request))
+    EXPECT_THAT(names, testing::Contains("fitted_angle" + extension));
+  for (const Certificate& certificate : done.level_certificates)
+    EXPECT_TRUE(check_certificate(certificate, path_).is_proven);
+  // A level with a tight vertex moved inward is none.
+  Certificate moved = done.level_certificates[1];
+  Vector3 centre = Vector3::Zero();
+  for (const Vector3& p : moved.claim.hexahedra[0]) centre += 0.125 * p;
+  for (Vector3& p : moved.claim.hexahedra[0]) p += 1e-6 * (centre - p);
+  EXPECT_FALSE(check_certificate(moved, path_).is_proven);
+  EXPECT_THAT(refusal_of([&] {
+                request.levels = {{0.2, true}, {0.2, true}};
+                run_fit(path_, request, progress);
+              }),
+              HasSubstr("levels: error"));
+}
+
 TEST_F(FittedFile, TablesHaveALineAMesh) {
   const std::vector<FitRun> runs{run()};
   EXPECT_THAT(table_text(runs), HasSubstr("fitted_angle"));

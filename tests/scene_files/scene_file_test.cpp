@@ -100,6 +100,24 @@ TEST(SceneFile, RefusesBadRoundedSolids) {
             "9: object 'a': hexahedron 'h': rounded_box: unknown key 'size'; known: core_size, radius");
 }
 
+TEST(SceneFile, ReadsLevelsAndRefusesWhatDoesNotHoldTheObject) {
+  const auto object_with = [](const std::string& level) {
+    return "  - name: a\n    hexahedra: [{name: h, box: {size: [1, 1, 1]}}]\n    levels:\n" + level;
+  };
+  const std::string two =
+      "      - [{name: x, box: {size: [1, 2, 1]}}]\n      - [{name: x, box: {size: [1, 2, 2]}}]\n";
+  const Scene scene =
+      load_scene(written(kHead + object_with(two) + "    copies: {count: [2, 1, 1], spacing: [9, 9, 9]}\n"));
+  ASSERT_EQ(scene.objects.size(), 2U);
+  for (const SceneObject& object : scene.objects) {
+    ASSERT_EQ(object.levels.size(), 2U);
+    EXPECT_EQ(object.levels[1]->solids()[0].solid.half_extents(), Vector3(0.5, 1, 1));
+  }
+  EXPECT_EQ(error_in_objects(object_with("      - [{name: x, box: {size: [1, 1, 0.999]}}]\n")),
+            "10: object 'a': hexahedron 'h' (index 0) of level 0 lies in no hexahedron of level 1");
+  EXPECT_EQ(error_in_objects(object_with("      - []\n")), "10: object 'a': levels: no hexahedron");
+}
+
 TEST(SceneFile, ParametersAreOverriddenByTheCaller) {
   const std::string text =
       std::string("parameters: {side: 2}\n") + kHead +
