@@ -11,6 +11,7 @@ namespace {
 constexpr double kRoot3 = 1.7320508075688772;
 constexpr double kLeaf = 1.0 / 12.0;   // half a leaf's width, of the limit
 constexpr double kSlack = 1.0 / 32.0;  // a face stops so much of the limit before a point
+constexpr double kFlat = 1e-3;         // of the limit: what a flat wall may bend
 constexpr double kNever = kInfinity;
 
 bool touches(const Bounds& box, const Vector3& centre, double half) {
@@ -56,8 +57,25 @@ struct AllowedSpace::Query {
   /// When the face meets the first point of a box, at the earliest.
   double earliest(const Vector3& middle, const Vector3& size) const {
     if (face < 0) return 0.0;
-    const Plane& plane = solid.planes[face];
-    const double height = plane.signed_distance(middle) - dot(sizes[face], size);
+    return at_height(solid.planes[face].signed_distance(middle) - dot(sizes[face], size), middle, size);
+  }
+
+  /// The same of what is beyond a wall in a box, n p >= at. Any multiple of the wall taken off the height
+  /// gives a bound; the best one makes an axis of what is left zero.
+  double earliest(const Vector3& middle, const Vector3& size, const Vector3& wall, double at) const {
+    if (face < 0) return 0.0;
+    const Vector3& n = solid.planes[face].normal;
+    const double base = solid.planes[face].signed_distance(middle), beyond = at - dot(wall, middle);
+    double height = base - dot(sizes[face], size);
+    for (int axis = 0; axis < 3; ++axis) {
+      if (!(n(axis) * wall(axis) > 0.0)) continue;
+      const double times = n(axis) / wall(axis);
+      height = std::max(height, base + times * beyond - dot(Vector3((n - times * wall).cwiseAbs()), size));
+    }
+    return at_height(height, middle, size);
+  }
+
+  double at_height(double height, const Vector3& middle, const Vector3& size) const {
     if (!turns || height <= 0.0) return std::max(height, 0.0);
     const double out = dot(across, middle - edge) + dot(across.cwiseAbs(), size);
     return out > 0.0 ? height / out : kNever;
@@ -119,6 +137,7 @@ AllowedSpace::Cell AllowedSpace::make_cell(const Vector3& centre, double half, c
   }
   if (is_inside) cell.distance = -cell.distance;
   classify(cell);
+  if (cell.kind == Kind::open) draw_in(cell);
   return cell;
 }
 
@@ -156,11 +175,97 @@ bool AllowedSpace::is_near_one_triangle(const Cell& cell, const Vector3& away) c
   return true;
 }
 
+// A new cell's box leaves out what is allowed for sure, so that a search need not divide the cell to see it.
+void AllowedSpace::draw_in(Cell& cell) const {
+  if (find_wall(cell)) return;
+  const double limit = cell.least_limit;
+  const auto is_near = [&](int axis, double at) {  // the cell's part in the plane across the axis
+    for (int i = 0; i < 4; ++i) {
+      Vector3 p;
+      p(axis) = at;
+      p((axis + 1) % 3) = (i & 1) != 0 ? cell.high((axis + 1) % 3) : cell.low((axis + 1) % 3);
+      p((axis + 2) % 3) = (i & 2) != 0 ? cell.high((axis + 2) % 3) : cell.low((axis + 2) % 3);
+      if (mesh_.to_triangle(p, cell.triangle) > limit) return false;
+    }
+    return true;
+  };
+  // The distance to one triangle is convex: what is between two planes that are near it is near it, too.
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const bool is_low : {true, false}) {
+      double near = is_low ? cell.low(axis) : cell.high(axis),
+             far = is_low ? cell.high(axis) : cell.low(axis);
+      if (!is_near(axis, near)) continue;
+      while (std::abs(far - near) > 0.5 * kSlack * limit) {
+        const double middle = 0.5 * (near + far);
+        (is_near(axis, middle) ? near : far) = middle;
+      }
+      (is_low ? cell.low : cell.high)(axis) = near;
+    }
+  }
+}
+
+// Where the surface in the cell, and from the cell to the nearest triangle, is one wall, what is not allowed
+// begins a limit above it.
+bool AllowedSpace::find_wall(Cell& cell) const {
+  const TriangleMesh& mesh = mesh_.mesh();
+  const auto& corners = mesh.triangles[cell.triangle];
+  const Vector3& foot = mesh.vertices[corners[0]];
+  const Vector3 across = cross(mesh.vertices[corners[1]] - foot, mesh.vertices[corners[2]] - foot);
+  if (norm(across) == 0.0) return false;
+  const Vector3 n = across / norm(across);
+  const Plane plane{n, -dot(n, foot)};
+  // The box also holds where the cell's points are when they are moved on to the plane.
+  Bounds box{cell.low, cell.high};
+  Vector3 top = cell.centre, bottom = cell.centre;
+  for (int i = 0; i < 8; ++i) {
+    const Vector3 p = cell.centre + cell.half * octant(i);
+    box.add(p - plane.signed_distance(p) * n);
+    if (plane.signed_distance(p) > plane.signed_distance(top)) top = p;
+    if (plane.signed_distance(p) < plane.signed_distance(bottom)) bottom = p;
+  }
+  const double limit = cell.least_limit;
+  if (!mesh_.is_one_wall(box, plane, kFlat * limit)) return false;
+  // Each side of the wall is outside or inside as a whole.
+  const auto has_open = [&](const Vector3& farthest) {
+    const double height = plane.signed_distance(farthest);
+    return std::abs(height) > limit && !mesh_.is_inside(farthest - 0.5 * height * n);
+  };
+  const bool is_open_above = plane.signed_distance(top) > 0.0 && has_open(top);
+  const bool is_open_below = plane.signed_distance(bottom) < 0.0 && has_open(bottom);
+  if (is_open_above && is_open_below) return false;
+  if (!is_open_above && !is_open_below) {
+    cell.kind = Kind::clear;
+    return true;
+  }
+  cell.wall = is_open_above ? n : Vector3(-n);
+  cell.wall_at = limit - kFlat * limit + (is_open_above ? -plane.offset : plane.offset);
+  // The box is drawn in to what is beyond.
+  const Vector3 farthest = (cell.wall.array() > 0.0).select(cell.high, cell.low);
+  const double over = dot(cell.wall, farthest) - cell.wall_at;
+  if (over <= kLeaf * limit) {  // leaves would not show it
+    cell.kind = Kind::clear;
+    return true;
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    if (over < cell.wall(axis) * (cell.high(axis) - cell.low(axis)))
+      cell.low(axis) = cell.high(axis) - over / cell.wall(axis);
+    if (over < cell.wall(axis) * (cell.low(axis) - cell.high(axis)))
+      cell.high(axis) = cell.low(axis) - over / cell.wall(axis);
+  }
+  return true;
+}
+
 void AllowedSpace::divide(std::uint32_t cell) {
   const Cell parent = cells_[cell];
   const double half = 0.5 * parent.half;
   cells_[cell].children = static_cast<std::uint32_t>(cells_.size());
   for (int i = 0; i < 8; ++i) cells_.push_back(make_cell(parent.centre + half * octant(i), half, &parent));
+}
+
+double AllowedSpace::earliest(const Query& query, const Cell& cell) {
+  const Vector3 middle = 0.5 * (cell.low + cell.high), size = 0.5 * (cell.high - cell.low);
+  if (cell.wall == Vector3::Zero()) return query.earliest(middle, size);
+  return query.earliest(middle, size, cell.wall, cell.wall_at);
 }
 
 void AllowedSpace::search(Query& query) {
@@ -174,7 +279,7 @@ bool AllowedSpace::search(Query& query, std::uint32_t index, unsigned faces) {
   ++visits_;
   if (cell.kind == Kind::clear || query.best <= 0.0) return false;
   const Vector3 middle = 0.5 * (cell.low + cell.high), size = 0.5 * (cell.high - cell.low);
-  if (query.earliest(middle, size) >= query.best || query.is_beside(middle, size, faces)) return false;
+  if (earliest(query, cell) >= query.best || query.is_beside(middle, size, faces)) return false;
   if (cell.kind == Kind::point) {
     query.meet(cell.low, cell.least_limit);
     return false;
@@ -196,11 +301,11 @@ bool AllowedSpace::search_children(Query& query, std::uint32_t index, unsigned f
   for (std::uint32_t i = 0; i < 8; ++i) {
     const Cell& child = cells_[first + i];
     if (child.kind == Kind::clear) continue;
-    const double earliest = query.earliest(0.5 * (child.low + child.high), 0.5 * (child.high - child.low));
-    if (earliest >= query.best) continue;
+    const double when = earliest(query, child);
+    if (when >= query.best) continue;
     std::size_t at = count++;
-    for (; at > 0 && order[at - 1].first > earliest; --at) order[at] = order[at - 1];
-    order[at] = {earliest, first + i};
+    for (; at > 0 && order[at - 1].first > when; --at) order[at] = order[at - 1];
+    order[at] = {when, first + i};
   }
   // They are searched in that order, as long as they could still improve it.
   bool has_learned = is_new;

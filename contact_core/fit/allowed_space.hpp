@@ -21,9 +21,10 @@ struct LimitBox {
 /// Where a cover may go: within `over` of the solid, in boxes of their own within these boxes' limits.
 ///
 /// An octree of distances, refined where it is asked. Its leaves, a sixth of the limit wide or less, give
-/// points at which what is allowed ends; every cell knows a box about those below it. So "how far may this
-/// face go" is one search for the lowest such point before the face. A filter, no proof: a corner or an edge
-/// can reach between points, by half their distance. For one thread.
+/// points at which what is allowed ends; every cell knows a box about those below it, from the start where a
+/// flat wall or one triangle says it. So "how far may this face go" is one search for the lowest such point
+/// before the face, and of a flat wall it looks at one place, not at all of it. A filter, no
+/// proof: a corner or an edge can reach between points, by half their distance. For one thread.
 class AllowedSpace {
  public:
   AllowedSpace(const MeshDistance& mesh, double over, std::span<const LimitBox> boxes);
@@ -60,13 +61,19 @@ class AllowedSpace {
     std::uint32_t triangle;      ///< the nearest to the centre
     std::uint32_t children = 0;  ///< the first of eight; 0: none yet
     Kind kind = Kind::open;
+    /// What is not allowed is at least `wall_at` along `wall`, too; zero: nothing is known.
+    Vector3 wall = Vector3::Zero();
+    double wall_at = 0.0;
   };
 
   Cell make_cell(const Vector3& centre, double half, const Cell* parent) const;
   void classify(Cell& cell) const;
   bool is_near_one_triangle(const Cell& cell, const Vector3& away) const;
+  void draw_in(Cell& cell) const;
+  bool find_wall(Cell& cell) const;
   void divide(std::uint32_t cell);
   struct Query;
+  static double earliest(const Query& query, const Cell& cell);
   void search(Query& query);
   /// @param faces bits of those that may have some of the cell outside. @return whether the cell's box or
   /// kind has changed

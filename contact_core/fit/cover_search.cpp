@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <utility>
+#include "touchstone/contact_core/fit/main_axes.hpp"
 #include "touchstone/contact_core/geometry/norms.hpp"
 
 namespace touchstone::fit {
@@ -32,25 +33,6 @@ Vector3 area_vector(const TriangleMesh& mesh, std::size_t t) {
   return cross(mesh.vertices[i[1]] - mesh.vertices[i[0]], mesh.vertices[i[2]] - mesh.vertices[i[0]]);
 }
 
-// The direction that most area faces, up to sign, among those across `across` (zero: any).
-Vector3 main_direction(const TriangleMesh& mesh, const Vector3& across) {
-  std::vector<std::pair<Vector3, double>> bins;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const Vector3 n = area_vector(mesh, t);
-    const double area = norm(n);
-    if (area == 0.0 || std::abs(dot(n, across)) > 0.05 * area) continue;
-    const auto like = [&](const auto& bin) { return std::abs(dot(bin.first, n)) > 0.9998 * area; };
-    const auto found = std::find_if(bins.begin(), bins.end(), like);
-    if (found != bins.end())
-      found->second += area;
-    else if (bins.size() < 500)
-      bins.emplace_back(n / area, area);
-  }
-  const auto most = std::max_element(bins.begin(), bins.end(),
-                                     [](const auto& a, const auto& b) { return a.second < b.second; });
-  return most == bins.end() ? Vector3(Vector3::Zero()) : most->first;
-}
-
 Normals frame_of(const Vector3& z, Vector3 hint) {
   hint -= dot(hint, z) * z;
   if (norm(hint) < 1e-6) hint = cross(z, std::abs(z.x()) < 0.7 ? Vector3::UnitX() : Vector3::UnitY());
@@ -64,6 +46,61 @@ double thickness(const SixPlanes& solid, int face) {
   for (const Vector3& p : solid.corners()) middle += 0.125 * p;
   return -(solid.planes[face].signed_distance(middle) + solid.planes[face + 1].signed_distance(middle));
 }
+
+// About the points, `thinnest` thick at least: a sheet becomes a thin plate.
+SixPlanes plate(const Normals& normals, const std::vector<Vector3>& points, double thinnest) {
+  SixPlanes tight = enclosing(normals, points);
+  for (int f = 0; f < 6; f += 2) {
+    const double lacks = 0.5 * (thinnest - thickness(tight, f));
+    for (const int face : {f, f + 1}) tight.planes[face].offset -= std::max(0.0, lacks);
+  }
+  return tight;
+}
+
+// By pyramids from the first corner on to the faces.
+double volume(const SixPlanes& solid) {
+  const std::array<Vector3, 8> p = solid.corners();
+  double six = 0.0;
+  for (const auto& face : Hexahedron::kFaceVertices)
+    for (int i = 1; i < 3; ++i)
+      six += std::abs(dot(p[face[0]] - p[0], cross(p[face[i]] - p[0], p[face[i + 1]] - p[0])));
+  return six / 6.0;
+}
+
+Normals normals_of(const SixPlanes& solid) {
+  Normals normals;
+  for (int f = 0; f < 6; ++f) normals[f] = solid.planes[f].normal;
+  return normals;
+}
+
+// Points that one hexahedron has to hold, and planes about them.
+struct Share {
+  std::vector<Vector3> points;
+  SixPlanes planes;
+
+  void choose_axes(const Normals& own, std::span<const Normals> frames) {
+    planes = enclosing(own, points);
+    for (const Normals& frame : frames)
+      if (const SixPlanes box = enclosing(frame, points); volume(box) < volume(planes)) planes = box;
+  }
+  SixPlanes with(std::span<const Vector3> more) const {
+    SixPlanes grown = planes;
+    for (Plane& plane : grown.planes)
+      for (const Vector3& p : more) plane.offset = std::min(plane.offset, -dot(plane.normal, p));
+    return grown;
+  }
+  void hold(std::span<const Vector3> more) { points.insert(points.end(), more.begin(), more.end()); }
+  void grow(std::span<const Vector3> more) {
+    hold(more);
+    planes = with(more);
+  }
+  double growth(std::span<const Vector3> more) const {
+    if (points.empty()) return 1e299;  // better one that is needed anyway
+    const bool has_room =
+        std::all_of(more.begin(), more.end(), [this](const Vector3& p) { return planes.above(p) <= 0.0; });
+    return has_room ? 0.0 : volume(with(more)) - volume(planes);
+  }
+};
 
 }  // namespace
 
@@ -92,6 +129,11 @@ std::uint64_t CoverSearch::random() {  // Marsaglia's xorshift
   state_ ^= state_ >> 7;
   state_ ^= state_ << 17;
   return state_;
+}
+
+void CoverSearch::tick(double done) {
+  done_ = done;
+  if (progress_) progress_(done);
 }
 
 std::vector<Normals> CoverSearch::frames_at(std::size_t cell) const {
@@ -279,6 +321,7 @@ void CoverSearch::choose(std::vector<std::size_t>& chosen, Bits& covered, int se
                          std::size_t most_chosen) {
   std::vector<std::size_t> at_most;
   while (covered != all_ && chosen.size() < most_chosen) {
+    tick(done_);
     for (int i = 0; i < seeds; ++i) grow_from(some_uncovered(covered));
     std::size_t most = 0;
     std::size_t index = best(covered, at_most, most);
@@ -353,37 +396,58 @@ bool CoverSearch::repair(std::vector<std::size_t>& chosen) {
   return is_better;
 }
 
-std::vector<SixPlanes> CoverSearch::shrunk(const std::vector<std::size_t>& chosen, double thinnest) const {
-  // The hexahedra that hold each cell are counted.
-  std::vector<int> holders(cells_.size(), 0);
+// Cells that several hold go where they make the hull least larger.
+std::vector<std::vector<Vector3>> CoverSearch::share_out(const std::vector<std::size_t>& chosen) const {
   std::vector<std::vector<std::uint32_t>> held(chosen.size());
+  std::vector<std::uint32_t> holders(cells_.size(), 0);
   for (std::size_t c = 0; c < chosen.size(); ++c) {
     cells_.held(pool_[chosen[c]].solid, held[c]);
     for (const std::uint32_t cell : held[c]) ++holders[cell];
   }
-  // A hexahedron needs the points of the cells that no later one holds.
+  // Each has to hold what no other one does, in those of its axes in which that takes least room.
+  std::vector<Share> shares(chosen.size());
+  std::vector<std::pair<std::uint32_t, std::size_t>> shared;
+  for (std::size_t c = 0; c < chosen.size(); ++c) {
+    for (const std::uint32_t cell : held[c]) {
+      if (holders[cell] > 1)
+        shared.emplace_back(cell, c);
+      else
+        shares[c].hold(cells_.points(cell));
+    }
+    shares[c].choose_axes(normals_of(pool_[chosen[c]].solid), main_frames_);
+  }
+  std::sort(shared.begin(), shared.end());
+  for (std::size_t i = 0; i < shared.size();) {
+    const std::span<const Vector3> points = cells_.points(shared[i].first);
+    std::size_t best = shared[i].second, end = i;
+    double least = 1e300;
+    for (; end < shared.size() && shared[end].first == shared[i].first; ++end) {
+      const double growth = shares[shared[end].second].growth(points);
+      if (growth >= least) continue;
+      least = growth;
+      best = shared[end].second;
+    }
+    shares[best].grow(points);
+    i = end;
+  }
+  std::vector<std::vector<Vector3>> points;
+  for (Share& share : shares) points.push_back(std::move(share.points));
+  return points;
+}
+
+std::vector<SixPlanes> CoverSearch::shrunk(const std::vector<std::size_t>& chosen, double thinnest) {
+  const std::vector<std::vector<Vector3>> needed = share_out(chosen);
   std::vector<SixPlanes> result;
   for (std::size_t c = 0; c < chosen.size(); ++c) {
+    if (needed[c].empty()) continue;
+    // Its planes keep their normals and move in to these points; a plain box about them may be smaller.
     SixPlanes solid = pool_[chosen[c]].solid;
-    std::vector<Vector3> needed;
-    for (const std::uint32_t cell : held[c]) {
-      if (holders[cell] > 1) {
-        --holders[cell];
-        continue;
-      }
-      const std::span<const Vector3> points = cells_.points(cell);
-      needed.insert(needed.end(), points.begin(), points.end());
-    }
-    if (needed.empty()) continue;
-    // Its planes keep their normals and move in to these points.
-    Normals normals;
-    for (int f = 0; f < 6; ++f) normals[f] = solid.planes[f].normal;
-    SixPlanes tight = enclosing(normals, needed);
-    for (int f = 0; f < 6; f += 2) {  // a sheet becomes a thin plate
-      const double lacks = 0.5 * (thinnest - thickness(tight, f));
-      for (const int face : {f, f + 1}) tight.planes[face].offset -= std::max(0.0, lacks);
-    }
+    const SixPlanes tight = plate(normals_of(solid), needed[c], thinnest);
     if (tight.is_hexahedron()) solid = tight;
+    for (const Normals& frame : main_frames_) {
+      const SixPlanes box = plate(frame, needed[c], thinnest);
+      if (volume(box) < volume(solid) && growth_.allows(box)) solid = box;
+    }
     result.push_back(solid);
   }
   return result;
@@ -409,10 +473,9 @@ void CoverSearch::look_for_fewer(std::vector<std::size_t>& chosen, int repairs) 
   const double budget = static_cast<double>(repairs) * kVisitsARepair;
   for (int i = 0; i < kMostTimes * repairs; ++i) {
     const double spent = static_cast<double>(space_.visits() - start) / budget;
-    if (i >= repairs && spent >= 1.0) return;
+    if (chosen.size() == 1 || (i >= repairs && (spent >= 1.0 || chosen.size() == 2))) return;
     repair(chosen);
-    if (progress_)
-      progress_(std::min(1.0, std::max(spent, static_cast<double>(i + 1) / (kMostTimes * repairs))));
+    tick(std::min(1.0, std::max(spent, static_cast<double>(i + 1) / (kMostTimes * repairs))));
   }
 }
 
@@ -422,7 +485,10 @@ std::vector<SixPlanes> CoverSearch::run(double thinnest, double margin, const Ch
   Bits covered(all_.size(), 0);
   for (const Sectors& sectors : sectors_) grow_sectors(sectors);
   choose(chosen, covered, 0, pool_.size());  // sectors first: the rest is what others have to cover
-  for (int i = 0; i < effort_.first_seeds && covered != all_; ++i) grow_from(some_uncovered(covered));
+  for (int i = 0; i < effort_.first_seeds && covered != all_; ++i) {
+    tick(done_);
+    grow_from(some_uncovered(covered));
+  }
   choose(chosen, covered, effort_.seeds_a_choice, static_cast<std::size_t>(-1));
   drop_redundant(chosen);
   look_for_fewer(chosen, effort_.repairs);
@@ -430,6 +496,7 @@ std::vector<SixPlanes> CoverSearch::run(double thinnest, double margin, const Ch
     std::vector<SixPlanes> result = shrunk(chosen, thinnest);
     std::vector<Vector3> refused;
     for (SixPlanes& solid : result) {
+      tick(done_);
       for (Plane& plane : solid.planes) plane.offset -= margin;
       if (const std::optional<Vector3> point = check(solid)) refused.push_back(*point);
     }

@@ -74,8 +74,12 @@ class CoverSearch {
   Bits union_of(const std::vector<std::size_t>& chosen) const;
   void drop_redundant(std::vector<std::size_t>& chosen) const;
   bool repair(std::vector<std::size_t>& chosen);
-  std::vector<SixPlanes> shrunk(const std::vector<std::size_t>& chosen, double thinnest) const;
+  /// The points that each chosen one has to hold: all cells are shared out.
+  std::vector<std::vector<Vector3>> share_out(const std::vector<std::size_t>& chosen) const;
+  std::vector<SixPlanes> shrunk(const std::vector<std::size_t>& chosen, double thinnest);
   std::uint64_t random();
+  /// Says how much is done, as often as anything is chosen: the caller may throw to end the search.
+  void tick(double done);
 
   const MeshDistance& mesh_;
   const Cells& cells_;
@@ -89,6 +93,7 @@ class CoverSearch {
   std::unordered_multimap<std::uint64_t, std::size_t> by_held_;  ///< candidates by a hash of what they hold
   Bits all_;
   std::uint64_t state_ = 88172645463325252U;
+  double done_ = 0.0;  ///< as said last
 };
 
 }  // namespace touchstone::fit

@@ -8,6 +8,8 @@
 
 #include "touchstone/contact_core/fit/cover_search.hpp"
 #include "touchstone/contact_core/fit/excess.hpp"
+#include "touchstone/contact_core/fit/main_axes.hpp"
+#include "touchstone/contact_core/geometry/pose.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
@@ -158,10 +160,7 @@ bool is_better(const Fit& fit, const Fit& than) {
   return fit.excess < than.excess;
 }
 
-}  // namespace
-
-Fit fit_hexahedra(const MeshDistance& mesh, const FitOptions& options) {
-  validate(mesh, options);
+Fit fit_as_it_stands(const MeshDistance& mesh, const FitOptions& options) {
   const std::vector<RoundPart> rounds = find_round_parts(mesh);
   const double budget = kVisitsARepair * options.repairs * options.tries;
   std::optional<Fit> best;
@@ -179,6 +178,29 @@ Fit fit_hexahedra(const MeshDistance& mesh, const FitOptions& options) {
     if (keeps_to(fit, options)) return fit;
   }
   reject("fit", "no cover within " + figure(options.over) + " m was found");
+}
+
+// The rounding of turning there and back is a hundredth of what faces stand outside.
+Fit fit_turned(const MeshDistance& mesh, const FitOptions& options, const Matrix3& axes) {
+  const Pose there{axes, Vector3::Zero()}, back{axes.transpose(), Vector3::Zero()};
+  TriangleMesh turned = mesh.mesh();
+  for (Vector3& p : turned.vertices) p = transform(there, p);
+  Fit fit = fit_as_it_stands(MeshDistance(turned), options);
+  for (FittedHexahedron& each : fit.hexahedra) {
+    for (Vector3& p : each.vertices) p = transform(back, p);
+    each.farthest = transform(back, each.farthest);
+  }
+  return fit;
+}
+
+}  // namespace
+
+Fit fit_hexahedra(const MeshDistance& mesh, const FitOptions& options) {
+  validate(mesh, options);
+  // Space is cut along the axes, so that walls along them are cheap. Regions are boxes along the mesh's own.
+  const std::optional<Matrix3> axes =
+      options.regions.empty() ? fit::turned_frame(mesh.mesh()) : std::optional<Matrix3>();
+  return axes ? fit_turned(mesh, options, *axes) : fit_as_it_stands(mesh, options);
 }
 
 Fit fit_hexahedra(const TriangleMesh& mesh, const FitOptions& options) {

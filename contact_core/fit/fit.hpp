@@ -33,7 +33,8 @@ struct FitOptions {
   /// Times that the search starts anew, the solid cut elsewhere; the cover of fewest hexahedra counts, of
   /// equal ones that with the least excess. Fewer where a try costs much, again by counts. >= 1
   int tries = 1;
-  /// Called with a stage and how much of it is done, 0 to 1, from the calling thread; may be empty.
+  /// Called with a stage and how much of it is done, 0 to 1, from the calling thread, some times a second or
+  /// more; what it throws ends the fit. May be empty.
   std::function<void(std::string_view stage, double share)> progress;
 };
 

@@ -73,6 +73,23 @@ bool are_apart(const std::array<Vector3, 4>& t, const std::array<Vector3, 3>& u,
   return false;
 }
 
+// The same of a box, as far as the axes of both, and the triangle's normal, tell.
+bool are_apart(const Bounds& box, const std::array<Vector3, 3>& u, double room) {
+  const Vector3 low = u[0].cwiseMin(u[1]).cwiseMin(u[2]), high = u[0].cwiseMax(u[1]).cwiseMax(u[2]);
+  if ((low - box.high).maxCoeff() > room || (box.low - high).maxCoeff() > room) return true;
+  const Vector3 middle = 0.5 * (box.low + box.high), half = 0.5 * (box.high - box.low);
+  const auto is_apart_along = [&](const Vector3& axis) {
+    const double a = dot(axis, u[0] - middle), b = dot(axis, u[1] - middle), c = dot(axis, u[2] - middle);
+    const double reach = dot(axis.cwiseAbs(), half) + room * norm(axis);
+    return std::min({a, b, c}) > reach || std::max({a, b, c}) < -reach;
+  };
+  if (is_apart_along(cross(u[1] - u[0], u[2] - u[0]))) return true;
+  for (int k = 0; k < 3; ++k)
+    for (int i = 0; i < 3; ++i)
+      if (is_apart_along(cross(Vector3(Vector3::Unit(i)), u[(k + 1) % 3] - u[k]))) return true;
+  return false;
+}
+
 double squared_distance(const Vector3& p, const Vector3& low, const Vector3& high) {
   const Vector3 out = (low - p).cwiseMax(p - high).cwiseMax(0.0);
   return dot(out, out);
@@ -206,6 +223,35 @@ bool MeshDistance::is_clear(const std::array<Vector3, 4>& tetrahedron) const {
       if (!are_apart(tetrahedron, {corners_[i].a, corners_[i].b, corners_[i].c}, room)) return false;
   }
   return true;
+}
+
+// A wall without a rim in the box: the other triangle at an edge in the box is one of these, turned alike and
+// so on the edge's other side.
+bool MeshDistance::is_one_wall(const Bounds& box, const Plane& plane, double room) const {
+  double turn = 0.0;
+  std::array<std::uint32_t, kDeepest> stack{};
+  int size = 0;
+  stack[size++] = 0;
+  while (size > 0) {
+    const Node& node = nodes_[stack[--size]];
+    if ((node.low - box.high).maxCoeff() > room || (box.low - node.high).maxCoeff() > room) continue;
+    if (node.count == 0) {
+      stack[size++] = node.first;
+      stack[size++] = node.first + 1;
+      continue;
+    }
+    for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
+      const Corners& t = corners_[i];
+      if (are_apart(box, {t.a, t.b, t.c}, room)) continue;
+      if (t.edge == 0.0) return false;
+      for (const Vector3& p : {t.a, t.b, t.c})
+        if (std::abs(plane.signed_distance(p)) > room) return false;
+      const double along = dot(cross(t.b - t.a, t.c - t.a), plane.normal);
+      if (along == 0.0 || along * turn < 0.0) return false;
+      turn = along;
+    }
+  }
+  return turn != 0.0;
 }
 
 bool MeshDistance::count_crossings(const Vector3& p, const Vector3& direction, int& winding) const {

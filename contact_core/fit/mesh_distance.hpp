@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "touchstone/contact_core/fit/triangle_mesh.hpp"
+#include "touchstone/contact_core/geometry/hexahedron.hpp"
 #include "touchstone/contact_core/geometry/vector.hpp"
 
 namespace touchstone {
@@ -57,6 +58,10 @@ class MeshDistance {
   /// Whether no triangle meets a tetrahedron: each has a plane between, with room for rounding. May say no
   /// where it is so.
   bool is_clear(const std::array<Vector3, 4>& tetrahedron) const;
+  /// Whether one flat wall, and nothing else, meets a box: every triangle that does is of a closed shell,
+  /// within `room` [m] of the plane, and faces along its normal, or all face against it. The plane's part in
+  /// the box then is surface throughout. May say no where it is so.
+  bool is_one_wall(const Bounds& box, const Plane& plane, double room) const;
   /// Whether the closed shells wind about a point that is not on the surface. On it, and within rounding of
   /// it, either answer.
   bool is_inside(const Vector3& p) const;
