@@ -38,7 +38,9 @@ FitOptions options_for(const FitRequest& request, double scale, double diagonal,
   for (const RegionRequest& region : request.regions)
     options.regions.push_back(
         {region.name, {scale * region.low, scale * region.high}, region.over.metres(diagonal)});
-  options.progress = [&progress, stage = std::string()](std::string_view now, double share) mutable {
+  options.progress = [&progress, on_progress = request.on_progress, stage = std::string()](
+                         std::string_view now, double share) mutable {
+    if (on_progress) on_progress();
     if (now != stage) progress.step(stage = now);
     progress.share(share);
   };

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -40,6 +41,8 @@ struct FitRequest {
   int repairs = FitOptions().repairs;
   int tries = 3;
   std::size_t samples = 0;
+  /// Called often while a mesh is fitted; may throw, which ends the fit. May be empty.
+  std::function<void()> on_progress;
 };
 
 /// One mesh's cover, and its proof.

@@ -24,20 +24,26 @@ struct Options {
   std::size_t count = 0, samples = 0;
   int repairs = FitOptions().repairs;
   int tries = fitting::FitRequest().tries;
+  double minutes = 10.0;
   bool page = false, training = false, uniform = false;
 };
 
 void add_serves(CLI::App& app, Options& options) {
   auto* const serves = app.add_option(
       "--serves", options.serves,
-      "A scene in which an object of the mesh's name stands: looks for the coarsest cover with which "
-      "clearances, stops and first contacts are the mesh's to --tolerance");
+      "A scene in which objects of the meshes' names stand: looks for the coarsest covers with which "
+      "clearances, stops and first contacts are the meshes' to --tolerance");
   app.add_option("--tolerance", options.tolerance, "Of --serves: 1mm")->needs(serves);
   app.add_option("--margin", options.margin,
                  "Of --serves: other motions that stay this near count, and clearances up to it (default: 10 "
                  "times the tolerance)")
       ->needs(serves);
   app.add_option("--object", options.object, "Of --serves: the object's name, where it is not the mesh's")
+      ->needs(serves);
+  app.add_option("--minutes", options.minutes,
+                 "Of --serves: the search ends after about this, with the best so far; a proof is not cut")
+      ->capture_default_str()
+      ->check(CLI::Range(0.001, 1e6))
       ->needs(serves);
   app.add_flag("--uniform", options.uniform,
                "Of --serves: measures the tolerance everywhere as well, which may take long")
@@ -195,37 +201,63 @@ void check_units(const std::vector<std::string>& units, const std::vector<std::f
   }
 }
 
+#ifdef TOUCHSTONE_HAS_SCENE_FILES
+/// Of a folder, those that the scene has an object of the name of.
+std::vector<ServedMesh> served_meshes(const Options& options,
+                                      const std::vector<std::filesystem::path>& meshes,
+                                      const MeshInput& input, const Scene& scene) {
+  if (!options.object.empty() && meshes.size() != 1) reject("--object", "is of one mesh, not of a folder");
+  std::vector<ServedMesh> served;
+  for (const std::filesystem::path& mesh : meshes) {
+    const std::string object = options.object.empty() ? cover_name(mesh) : options.object;
+    if (meshes.size() != 1 && find_object(scene, object) == kNoObject) {
+      comparison::print_now(fmt::format("{}: scene '{}' has no such object\n", object, scene.name));
+      continue;
+    }
+    served.push_back({mesh, input, object});
+    served.back().input.metres_per_unit = unit_of(options.unit, mesh);
+  }
+  if (served.empty()) reject("--serves", "scene '" + scene.name + "' has no object of any mesh's name");
+  return served;
+}
+#endif
+
 int serve([[maybe_unused]] const Options& options, [[maybe_unused]] FitRequest fit,
           [[maybe_unused]] const std::vector<std::filesystem::path>& meshes) {
 #ifndef TOUCHSTONE_HAS_SCENE_FILES
   reject("--serves", "this build does not read scenes (Debian: libyaml-cpp-dev)");
 #else
-  // A search is for one mesh within one scene.
-  if (meshes.size() != 1) reject("--serves", "takes one mesh, not a folder");
   if (options.tolerance.empty()) reject("--tolerance", "is missing");
-  const std::filesystem::path& mesh = meshes[0];
-  fit.input.metres_per_unit = unit_of(options.unit, mesh);
-  // Clearances count up to a margin about the moving objects.
   ServesRequest request;
   request.scene = load_scene(options.serves);
-  request.object = options.object.empty() ? cover_name(mesh) : options.object;
+  request.meshes = served_meshes(options, meshes, fit.input, request.scene);
+  // Clearances count up to a margin about the moving objects.
   request.tolerance = length_of(options.tolerance, "--tolerance");
   request.margin = options.margin.empty() ? 10.0 * request.tolerance : length_of(options.margin, "--margin");
   request.with_uniform = options.uniform;
+  request.seconds = 60.0 * options.minutes;
   // A folder that cannot be written to is refused before the search.
   std::vector<std::string> names;
-  for (const std::string& extension : cover_extensions({})) names.push_back(cover_name(mesh) + extension);
+  for (const ServedMesh& mesh : request.meshes)
+    for (const std::string& extension : cover_extensions({}))
+      names.push_back(cover_name(mesh.file) + extension);
   comparison::check_report_folder(options.output, names);
   comparison::ProgressLine progress;
-  const ServesResult result = find_coarsest(mesh, fit, request, progress);
+  const ServesResult result = find_coarsest(fit, request, progress, [&](const ServesRow& row) {
+    progress.finish();
+    comparison::print_now(row_text(row));
+  });
   progress.finish();
-  comparison::print_now(serves_text(result, request));
-  // Only a cover that serves is written.
-  if (!result.coarsest) return 1;
-  const std::filesystem::path folder =
-      comparison::place_report(options.output, cover_files(result.rows[*result.coarsest].run), true, true);
-  comparison::print_now(fmt::format("scene and certificate: {}\n", folder.string()));
-  return 0;
+  comparison::print_now("\n" + serves_text(result, request));
+  // Where none is within the tolerance the best so far is written, as a partial report.
+  if (!result.best) return 1;
+  const ServesRow& best = result.rows[*result.best];
+  std::vector<comparison::ReportFile> files;
+  for (const FitRun& run : best.runs)
+    for (comparison::ReportFile& file : cover_files(run)) files.push_back(std::move(file));
+  const std::filesystem::path folder = comparison::place_report(options.output, files, best.serves, true);
+  comparison::print_now(fmt::format("scenes and certificates: {}\n", folder.string()));
+  return best.serves ? 0 : 1;
 #endif
 }
 

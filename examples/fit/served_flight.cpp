@@ -1,0 +1,165 @@
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "touchstone/contact_core/broadphase/register_broadphases.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/contact_core/geometry/matrix3.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/native/native.hpp"
+#include "touchstone/contact_core/world/scene_world.hpp"
+#include "touchstone/examples/fit/serves.hpp"
+
+namespace touchstone::fitting {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+std::size_t index_of(const Scene& scene, const ServedMesh& mesh) {
+  const std::size_t target = find_object(scene, mesh.object);
+  if (target == kNoObject)
+    reject("--serves",
+           "scene '" + scene.name + "' has no object '" + mesh.object + "', as the mesh is named");
+  const SceneObject& object = scene.objects[target];
+  if (!object.motion.at_rest() || carrier_of(scene, target) != kNoObject || may_be_taken_along(scene, target))
+    reject("--serves", "object '" + mesh.object + "' moves: one that stands can be fitted to a scene");
+  return target;
+}
+
+std::vector<std::size_t> indices_of(const ServesRequest& request) {
+  std::vector<std::size_t> indices;
+  for (const ServedMesh& mesh : request.meshes) indices.push_back(index_of(request.scene, mesh));
+  return indices;
+}
+
+bool moves(const Scene& scene, std::size_t object) {
+  const std::size_t carrier = carrier_of(scene, object);
+  if (carrier != kNoObject) return moves(scene, carrier);
+  return !scene.objects[object].motion.at_rest() || may_be_taken_along(scene, object);
+}
+
+std::vector<std::size_t> movers_of(const Scene& scene) {
+  std::vector<std::size_t> movers;
+  for (std::size_t i = 0; i < scene.objects.size(); ++i)
+    if (moves(scene, i)) movers.push_back(i);
+  if (movers.empty()) reject("--serves", "nothing moves in scene '" + scene.name + "'");
+  return movers;
+}
+
+/// How far a point of the object moves at most from one pose to the next.
+double step_length(const Pose& from, const Pose& to, double radius) {
+  const Matrix3 turn = to.R * from.R.transpose();
+  const double cosine = std::clamp(0.5 * (turn.trace() - 1.0), -1.0, 1.0);
+  return norm(to.p - from.p) + radius * std::acos(cosine);
+}
+
+/// A mover's boxes in a mesh's frame: of its vertices at a frame's two ends, as far as the arc between them
+/// can bulge.
+class Sweep {
+ public:
+  Sweep(const HexahedronTree& tree, const Pose& X_WT) : X_TW_(inverse(X_WT)) {
+    for (const PlacedHexahedron& each : tree.solids()) {
+      for (const Vector3& v : each.solid.vertices()) {
+        points_O_.push_back(transform(each.X_OS, v));
+        reach_ = std::max(reach_, norm(points_O_.back()) + each.solid.radius());
+      }
+      around_ = std::max(around_, each.solid.radius());
+    }
+  }
+
+  void add(const Pose& X_WO) {
+    Bounds now;
+    for (const Vector3& p_O : points_O_) now.add(transform(X_TW_, transform(X_WO, p_O)));
+    if (has_last_) {
+      const double more = around_ + 0.5 * step_length(last_pose_, X_WO, reach_);
+      Bounds both = now;
+      both.add(last_.low), both.add(last_.high);
+      boxes_.push_back({both.low - Vector3::Constant(more), both.high + Vector3::Constant(more)});
+    }
+    last_ = now;
+    last_pose_ = X_WO;
+    has_last_ = true;
+  }
+
+  const std::vector<Bounds>& boxes() const { return boxes_; }
+
+ private:
+  Pose X_TW_, last_pose_;
+  std::vector<Vector3> points_O_;
+  double reach_ = 0.0, around_ = 0.0;
+  bool has_last_ = false;
+  Bounds last_;
+  std::vector<Bounds> boxes_;
+};
+
+Scene with_covers(const ServesRequest& request, std::span<const Fit* const> covers,
+                  const std::vector<std::size_t>& targets, const std::vector<std::size_t>& movers) {
+  Scene scene = request.scene;
+  for (std::size_t m = 0; m < targets.size(); ++m) {
+    scene.objects[targets[m]].tree = make_tree(*covers[m], request.meshes[m].object);
+    // Near events carry clearances up to the margin, for what the object meets.
+    for (const std::size_t mover : movers)
+      scene.rules.push_back(
+          {request.meshes[m].object, scene.objects[mover].tree.name(), {}, request.margin, {}, {}});
+  }
+  return scene;
+}
+
+}  // namespace
+
+void validate(const ServesRequest& request) {
+  static_cast<void>(indices_of(request));
+  static_cast<void>(movers_of(request.scene));
+}
+
+ServedFlight fly_scene(const ServesRequest& request, std::span<const Fit* const> covers) {
+  const std::vector<std::size_t> targets = indices_of(request), movers = movers_of(request.scene);
+  const Scene scene = with_covers(request, covers, targets, movers);
+  SceneWorld world(scene, make_native(), make_native_broadphase());
+  ServedFlight flight;
+  flight.least_clearance = kInfinity;
+  // What moves is seen from each mesh.
+  std::vector<std::vector<Sweep>> sweeps(targets.size());
+  for (std::size_t m = 0; m < targets.size(); ++m)
+    for (const std::size_t mover : movers)
+      sweeps[m].emplace_back(scene.objects[mover].tree, scene.objects[targets[m]].X_WO);
+  const auto look = [&] {
+    for (std::size_t i = 0; i < movers.size(); ++i) {
+      const Pose X_WO = world.world().actual_pose(world.object(movers[i]));
+      flight.places.push_back(X_WO.p);
+      for (std::vector<Sweep>& each : sweeps) each[i].add(X_WO);
+    }
+  };
+  const auto is_about_mesh = [&](const ContactEvent& event) {
+    return std::any_of(targets.begin(), targets.end(), [&](std::size_t target) {
+      return event.a == world.object(target) || event.b == world.object(target);
+    });
+  };
+  // The scene is flown frame by frame.
+  std::vector<double> times;
+  look();
+  for (std::uint64_t k = 0; k + 1 < scene.frame_count(); ++k) {
+    const Clock::time_point start = Clock::now();
+    const FrameReport report = world.step();
+    times.push_back(std::chrono::duration<double, std::micro>(Clock::now() - start).count());
+    for (const ContactEvent& event : report.events) {
+      if (!is_about_mesh(event)) continue;
+      if (event.kind == EventKind::began && !flight.first_contact)
+        flight.first_contact = world.time_of(event.s);
+      flight.least_clearance = std::min(flight.least_clearance, event.geometry.separation);
+    }
+    look();
+  }
+  for (std::vector<Sweep>& each : sweeps) {
+    std::vector<Bounds>& all = flight.swept.emplace_back();
+    for (const Sweep& sweep : each) all.insert(all.end(), sweep.boxes().begin(), sweep.boxes().end());
+  }
+  if (!times.empty()) {
+    std::sort(times.begin(), times.end());
+    flight.frame_us = times[times.size() / 2];
+    flight.slowest_us = times.back();
+  }
+  return flight;
+}
+
+}  // namespace touchstone::fitting
