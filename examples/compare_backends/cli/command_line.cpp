@@ -233,7 +233,9 @@ std::optional<Options> parse_options(int argc, const char* const* argv) {
       "Every contact detection backend on the same pairs and scenes: speed against error.\n"
       "compare_backends diff OLD.json NEW.json: what changed between two runs.\n"
       "compare_backends decide RESULTS.json --max-error M ...: the verdict of a run for other choices.\n"
-      "compare_backends merge SHARD... --output DIR: the report of a run that was cut by --shard."};
+      "compare_backends merge SHARD... --output DIR: the report of a run that was cut by --shard.\n"
+      "compare_backends fitted MESH... --unit mm --over 4% 2% 1%: geometry's error and the backend's "
+      "together."};
   RawOptions raw;
   add_options(app, options, raw);
   if (!parse_command_line(app, argc, argv)) return std::nullopt;

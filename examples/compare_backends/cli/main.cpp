@@ -3,6 +3,7 @@
 
 #include <string_view>
 
+#include "touchstone/adapters/all/all_backends.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/compare_backends/cli/backends.hpp"
 #include "touchstone/examples/compare_backends/cli/command_line.hpp"
@@ -11,6 +12,9 @@
 #include "touchstone/examples/compare_backends/cli/terminal.hpp"
 #include "touchstone/examples/compare_backends/diff/diff.hpp"
 #include "touchstone/examples/compare_backends/figures/figure_files.hpp"
+#ifdef TOUCHSTONE_HAS_FITS
+#include "touchstone/examples/compare_backends/fitted/fitted_command.hpp"
+#endif
 #include "touchstone/examples/compare_backends/page/html_report.hpp"
 #include "touchstone/examples/compare_backends/results/answers_writer.hpp"
 #include "touchstone/examples/compare_backends/results/json_writer.hpp"
@@ -123,12 +127,24 @@ int run_merge(int argc, const char* const* argv) {
   return options ? report_run(*options, backends_for(*options), &shards) : 0;
 }
 
+int run_on_covers([[maybe_unused]] int argc, [[maybe_unused]] const char* const* argv) {
+#ifdef TOUCHSTONE_HAS_FITS
+  BackendRegistry registry;
+  register_all_backends(registry);
+  return run_fitted(argc, argv, registry);
+#else
+  throw InputError(
+      "fitted: this build fits no meshes (it needs GMP with C++ support, and TOUCHSTONE_WITH_GLTF)");
+#endif
+}
+
 int run(int argc, char** argv) {
   // Subcommands have options of their own.
   if (argc > 1 && argv[1] == std::string_view("diff")) return run_diff(argc, argv);
   if (argc > 1 && argv[1] == std::string_view("decide")) return run_decide(argc, argv);
   if (argc > 1 && argv[1] == std::string_view("tables")) return run_tables(argc, argv);
   if (argc > 1 && argv[1] == std::string_view("merge")) return run_merge(argc, argv);
+  if (argc > 1 && argv[1] == std::string_view("fitted")) return run_on_covers(argc, argv);
   const std::optional<Options> options = parse_options(argc, argv);
   if (!options) return 0;
   const Backends backends = backends_for(*options);
