@@ -7,10 +7,13 @@
 Needs no build: engines answer through their adapters (adapters/process_engine/example), the truth is rational arithmetic
 (tests/hard_cases/exact_hull.py). A bug whose packages are not in DIR is listed as not asked."""
 import argparse
+import datetime
 import json
 import math
 import os
 import pathlib
+import platform
+import re
 import struct
 import subprocess
 import sys
@@ -24,6 +27,13 @@ import exact_hull  # noqa: E402
 RED = 1e-3  # of the scale S, as in the benchmark's rules
 QUERIES = ("overlap", "distance", "manifold")
 STATUS = ("separated", "overlapping", "undecided", "failed", "unsupported")
+
+
+def made():
+    """By which version, on what, when."""
+    version = re.search(r"project\(touchstone VERSION ([0-9.]+)", (HERE.parents[1] / "CMakeLists.txt").read_text()).group(1)
+    python = ".".join(platform.python_version_tuple()[:2])
+    return f"Touchstone {version}; {platform.system()} {platform.machine()}, Python {python}; {datetime.date.today()}."
 
 
 def load_cases():
@@ -224,7 +234,7 @@ def main():
     count, left_out = sum(each[0] for each in flagged), sum(bug.get("left_out", 0) for bug in listed["not_asked"])
     share = (f"Flagged: {count} of {len(flagged)}, {100 * count // max(1, len(flagged))} %, {sum(each[1] for each in flagged)} of them by pairs of corpus 1.1; "
              f"with the {left_out} that need a margin: {count} of {len(flagged) + left_out}, {100 * count // max(1, len(flagged) + left_out)} %.")
-    options.output.write_text((HERE / "trackers_head.md").read_text().replace("{share}", share).replace("{asked}", "\n".join(lines))
+    options.output.write_text((HERE / "trackers_head.md").read_text().replace("{made}", made()).replace("{share}", share).replace("{asked}", "\n".join(lines))
                               .replace("{others}", "\n".join(others)))
     print(share)
 

@@ -1,13 +1,11 @@
 # Fails when a table of figures stands in a page whose head does not name the command that wrote it, with version, machine
 # and date.
 # Figures are cells that are a number alone, and cells with a decimal, a power of ten or a number with a unit.
-# cmake -D ROOT=... -D PAGES=a.md,b.md [-D ALLOWED=FILE] [-D UNDATED=a.md,b.md] -P measured_tables.cmake
+# cmake -D ROOT=... -D PAGES=a.md,b.md [-D ALLOWED=FILE] -P measured_tables.cmake
 # ALLOWED: lines `page: | head | of the table |`, [] as () and code as CODE; one that allows nothing is an error, too.
-# UNDATED: pages that may lack the date, and the machine.
 cmake_policy(SET CMP0057 NEW)
 set(unit "(ns|us|ms|s|nm|um|mm|cm|m|m/s|rad|J|N|N s|kB|MB|Hz|%|times)")
 string(REPLACE "," ";" pages "${PAGES}")
-string(REPLACE "," ";" undated "${UNDATED}")
 set(allowed)
 if(ALLOWED)
   file(STRINGS ${ALLOWED} allowed REGEX "^[^#]")
@@ -21,7 +19,7 @@ foreach(page IN LISTS pages)
   string(SUBSTRING "${head}" 0 ${table} head)
   string(REPLACE ";" "," head "${head}")
   if(head MATCHES "\n(Written by|Printed by|Joined from what these runs wrote:) `" AND
-      (page IN_LIST undated OR head MATCHES "\nTouchstone [0-9.]+, [^\n]+, [0-9]+-[0-9]+-[0-9]+[,.]"))
+      head MATCHES "\nTouchstone [0-9.]+, [^\n]+, [0-9]+-[0-9]+-[0-9]+[,.]")
     continue()
   endif()
   # Code and targets of links are no figures. CMake splits lists at semicolons, but not within brackets.
