@@ -28,6 +28,22 @@ struct Options {
   bool page = false, training = false, uniform = false;
 };
 
+/// What the file is, and how its numbers are read.
+void add_mesh(CLI::App& app, Options& options) {
+  app.add_option("mesh", options.input, "An STL, OBJ, PLY or DAE file, or a folder of them")->required();
+  app.add_option(
+         "--unit", options.unit,
+         "Unit of the file: m, cm, mm, um, in, ft, or metres a unit; only DAE files say it. Of one mesh of a "
+         "folder, by its name: part=in")
+      ->allow_extra_args(false);
+  app.add_option(
+         "--up", options.up,
+         "Axis of the file that points up and becomes z: x, y, z, stated (by a DAE file), or as-written")
+      ->capture_default_str();
+  app.add_option("--size", options.size,
+                 "About how large a mesh is, such as 2m: one that is 20 times larger or smaller is refused");
+}
+
 void add_serves(CLI::App& app, Options& options) {
   auto* const serves = app.add_option(
       "--serves", options.serves,
@@ -53,24 +69,10 @@ void add_serves(CLI::App& app, Options& options) {
 bool parse(int argc, char** argv, Options& options) {
   CLI::App app{
       "Covers a mesh by few hexahedra: their union holds every triangle, and the inside of closed shells, "
-      "and no "
-      "point of it is farther outside than --over. Writes a scene file with the cover and a certificate, "
-      "which is "
-      "proven before it is written: coverage in exact arithmetic, the error by branch and bound. Open shells "
-      "are "
-      "covered as sheets."};
-  app.add_option("mesh", options.input, "An STL, OBJ, PLY or DAE file, or a folder of them")->required();
-  app.add_option(
-         "--unit", options.unit,
-         "Unit of the file: m, cm, mm, um, in, ft, or metres a unit; only DAE files say it. Of one mesh of a "
-         "folder, by its name: part=in")
-      ->allow_extra_args(false);
-  app.add_option(
-         "--up", options.up,
-         "Axis of the file that points up and becomes z: x, y, z, stated (by a DAE file), or as-written")
-      ->capture_default_str();
-  app.add_option("--size", options.size,
-                 "About how large a mesh is, such as 2m: one that is 20 times larger or smaller is refused");
+      "and no point of it is farther outside than --over. Writes a scene file with the cover and a "
+      "certificate, which is proven before it is written: coverage in exact arithmetic, the error by branch "
+      "and bound. Open shells are covered as sheets."};
+  add_mesh(app, options);
   // Errors bound the cover, for all of it or by region.
   app.add_option("--over", options.over,
                  "Largest error, outwards: 2mm, 0.5cm, 0.02m, 1in, or 2% of the diagonal");
