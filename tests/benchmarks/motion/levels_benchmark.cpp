@@ -119,9 +119,9 @@ double frame_us(const Setting& setting, Kind kind, int frames) {
 }
 
 void print_row(int side, const std::string& place, const Setting& setting, int frames) {
-  std::printf("%-12d %10s", side * side, place.c_str());
+  std::printf("%-12d  %10s", side * side, place.c_str());
   for (const Kind kind : {Kind::one_by_one, Kind::spheres, Kind::levels})
-    std::printf(" %10.2f", frame_us(setting, kind, setting.touches ? frames / 10 : frames));
+    std::printf("  %10.2f", frame_us(setting, kind, setting.touches ? frames / 10 : frames));
   std::printf("   %zu, %zu and %zu, %zu hexahedra\n", setting.other_levels[0]->solids().size(),
               setting.other_levels[1]->solids().size(), setting.mover_levels[0]->solids().size(),
               setting.mover_levels[1]->solids().size());
@@ -129,7 +129,7 @@ void print_row(int side, const std::string& place, const Setting& setting, int f
 }
 
 void run(int frames) {
-  std::printf("%-12s %10s %10s %10s %10s   %s\n", "hexahedra", "apart", "one by one", "spheres", "levels",
+  std::printf("%-12s  %10s  %10s  %10s  %10s   %s\n", "hexahedra", "apart", "one by one", "spheres", "levels",
               "which have");
   for (const int side : {1, 3, 10, 30}) {
     const Trees levels = levels_of(*plate("plate", side));
