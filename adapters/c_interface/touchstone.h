@@ -346,7 +346,8 @@ typedef struct touchstone_feel {
  */
 touchstone_code touchstone_set_hand(touchstone_world* world, touchstone_object object,
                                     const touchstone_hand* hand);
-/** Of every object that slid in the last frame or was commanded to; valid until the next. */
+/** Of every object that slid in the last frame or was commanded to, a mechanism with a hand by its first
+ * link; valid until the next. */
 touchstone_code touchstone_get_feels(const touchstone_world* world, const touchstone_feel** out,
                                      size_t* count);
 
@@ -413,7 +414,7 @@ typedef struct touchstone_arm_hand {
 /**
  * Adds a mechanism: all of its links are one mover, stopped together.
  * @param X_WB of its base, which stands still.
- * @param values joint values to begin with, `count` of them; NULL: all 0.
+ * @param values joint values to begin with, `count` of them; none (count 0): all 0.
  */
 touchstone_code touchstone_add_mechanism(touchstone_world* world,
                                          const touchstone_mechanism_description* description,

@@ -163,6 +163,7 @@ TEST(CMechanism, ABundledArmSlidesAsThroughCpp) {
   Random random(2131);
   std::vector<double> goal = joints_of(world, arm);
   std::uint32_t blocked = 0;
+  std::size_t all_hands = 0;
   for (int frame = 0; frame < 20; ++frame) {
     for (double& value : goal) value += random.uniform(-0.5, 0.5);
     const JointCommand command{cpp_arm, goal};
@@ -175,11 +176,16 @@ TEST(CMechanism, ABundledArmSlidesAsThroughCpp) {
     size_t hands = 0;
     ASSERT_EQ(touchstone_get_feels(world.get(), &felt, &hands), TOUCHSTONE_OK);
     ASSERT_EQ(hands, report.felt.size());
-    for (size_t i = 0; i < hands; ++i)
+    for (size_t i = 0; i < hands; ++i) {
       ASSERT_EQ(std::memcmp(felt[i].lag_W, report.felt[i].lag_W.data(), sizeof felt[i].lag_W), 0);
+      ASSERT_EQ(std::memcmp(felt[i].force_W, report.felt[i].force_W.data(), sizeof felt[i].force_W), 0);
+      ASSERT_EQ(std::memcmp(felt[i].moment_W, report.felt[i].moment_W.data(), sizeof felt[i].moment_W), 0);
+    }
+    all_hands += hands;
     blocked += got.blocked_movers;
   }
   EXPECT_GT(blocked, 0u);
+  EXPECT_GT(all_hands, 0u);
 }
 
 TEST(CMechanism, FramesDoNotAllocate) {

@@ -1,4 +1,5 @@
 /* Two unit cubes, 0.5 m apart along x, through the C interface; then one is moved against the other. Ends with 0 where all is as it should be. */
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,7 +16,7 @@ static void must(int holds, const char* what) {
 /* By a hand of 200 N/m, off the face by what is left of the step. */
 static void slide_along(touchstone_world* world, touchstone_object mover, const touchstone_pose* goal) {
   const touchstone_hand hand = {*goal, 0, 0, {200.0, 200.0, 200.0}, {1.0, 1.0, 1.0}};
-  const touchstone_slide_budget budget = {UINT64_MAX, 1.0, TOUCHSTONE_MOVER_WORK};
+  const touchstone_slide_budget budget = {UINT64_MAX, INFINITY, TOUCHSTONE_MOVER_WORK};
   const touchstone_object* cut_off;
   const touchstone_feel* felt;
   size_t cuts, hands;

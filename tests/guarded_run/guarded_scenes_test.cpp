@@ -57,6 +57,7 @@ TEST(GuardedScenes, AStalledArmPressesUntilAnEjectorDrivesItBack) {
   const GuardedRun run = run_scene(scene, registry, "native", progress);
   ASSERT_EQ(run.stopped, "");
   EXPECT_EQ(run.merged, 0U);
+  ASSERT_GE(run.samples.size(), 480U);
   // Home at 6.75 s; the ejector pushes from 9 s to 9.6 s. 50 frames a second.
   const auto& before = run.samples[449];
   const auto& after = run.samples[479];

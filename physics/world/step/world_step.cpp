@@ -32,9 +32,9 @@ constexpr std::size_t kLeastShares = 18, kMostSharesABody = 8, kJointShares = 6;
 // As much again for each further kShortStep [s] of the step, as long as kMostShortSteps at most, is for the
 // groups that need more, the first ones first: a solve that is left unfinished costs more in later steps.
 constexpr double kShortStep = 1e-3, kMostShortSteps = 16.0;
-// Masses that differ by less than 1 / kAlike are alike; beyond, each kRoundBits of their ratio take as much
+// Masses that differ by less than 1 / kAlike are alike; beyond, each kWorkBits of their ratio take as much
 // work again.
-constexpr double kAlike = 0.03, kRoundBits = 4.0;
+constexpr double kAlike = 0.03, kWorkBits = 4.0;
 // Joints that a joint between movers counts as, by its rows.
 constexpr std::size_t kHeldShares = 3;
 
@@ -241,8 +241,7 @@ double work_of(const Group& group, const Movers& movers, const StepContext& step
     lightest = std::min(lightest, mass), heaviest = std::max(heaviest, mass);
   }
   const int bits = std::ilogb(std::max(1.0, kAlike * heaviest / lightest));  // the same from every C library
-  return 1e3 * settings.work * (1.0 + bits / kRoundBits) *
-         static_cast<double>(std::max(shares, kLeastShares));
+  return 1e3 * settings.work * (1.0 + bits / kWorkBits) * static_cast<double>(std::max(shares, kLeastShares));
 }
 
 StepReport take_step(double h, std::span<const Contact> contacts, std::span<ContactForce> forces,
@@ -255,8 +254,9 @@ StepReport take_step(double h, std::span<const Contact> contacts, std::span<Cont
     return step.report;
   }
   step.report.substeps = 1;
+  const double longer = std::clamp(h / kShortStep, 1.0, kMostShortSteps) - 1.0;
   step.spare =
-      1e3 * world.settings.work * kLeastShares * (std::clamp(h / kShortStep, 1.0, kMostShortSteps) - 1.0);
+      longer > 0.0 ? 1e3 * world.settings.work * kLeastShares * longer : 0.0;  // work may be infinite
   if (contacts.empty() && movers.restless == 0 && movers.arms.empty()) return step.report;
   if (!check(contacts, movers, step)) return step.report;
   // Before anything moves, sleepers are woken, the state is kept and the last forces are carried over.

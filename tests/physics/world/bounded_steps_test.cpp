@@ -413,18 +413,24 @@ TEST(BoundedSteps, WhatRestsIsHeldToTheExactToleranceAndKeepsItsPoses) {
   EXPECT_LT(moved, 21 * kSteps / 10);
 }
 
-TEST(BoundedSteps, AStepWithoutWorkGoesOnAndSaysSo) {
-  Cubes scene;
-  DynamicsWorld::Settings settings = scene.world.settings();
-  settings.work = 0.0;
-  scene.world = DynamicsWorld(settings);
-  scene.add_ground();
-  for (int i = 0; i < 12; ++i) scene.add_cube({0.02 * (i % 2), 0, kCubeSide * (0.5 + i)});
-  for (std::uint32_t i = 1; i <= 12; ++i) {
-    const Vector3 v(0.2 * (i % 3), 0.1 * (i % 2), -0.3 * (i % 4));
-    scene.world.set_state(i, scene.cube.state(scene.world.pose(i), v, {0.5, 0, 0.3}));
+/// One step of twelve cubes that meet at speed.
+struct Jam : Cubes {
+  explicit Jam(double work) {
+    DynamicsWorld::Settings settings = world.settings();
+    settings.work = work;
+    world = DynamicsWorld(settings);
+    add_ground();
+    for (int i = 0; i < 12; ++i) add_cube({0.02 * (i % 2), 0, kCubeSide * (0.5 + i)});
+    for (std::uint32_t i = 1; i <= 12; ++i) {
+      const Vector3 v(0.2 * (i % 3), 0.1 * (i % 2), -0.3 * (i % 4));
+      world.set_state(i, cube.state(world.pose(i), v, {0.5, 0, 0.3}));
+    }
+    contacts->build();
   }
-  scene.contacts->build();
+};
+
+TEST(BoundedSteps, AStepWithoutWorkGoesOnAndSaysSo) {
+  Jam scene(0.0);
   const double before = scene.world.energy();
   const StepReport report = scene.step(1e-3);
   EXPECT_EQ(report.failure, StepFailure::none);
@@ -432,6 +438,14 @@ TEST(BoundedSteps, AStepWithoutWorkGoesOnAndSaysSo) {
   EXPECT_GT(report.unconverged, 0U);
   EXPECT_GT(report.worst_residual, 1e-9);
   EXPECT_LT(scene.world.energy(), before);  // what is not solved gives none
+}
+
+TEST(BoundedSteps, WorkMayBeInfinite) {
+  for (const double h : {1e-4, 1e-3, 1.0 / 60.0}) {
+    const StepReport report = Jam(kInfinity).step(h);
+    EXPECT_FALSE(report.is_work_spent) << h;
+    EXPECT_EQ(report.unconverged, 0U) << h;
+  }
 }
 
 TEST(Parting, OverlapAtTheStartLeavesAtACappedSpeedWithoutMomentum) {
