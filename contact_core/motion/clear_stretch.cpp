@@ -65,6 +65,22 @@ double turning_curvature(const Direction& along, const BodyState& state, const V
   return bound;
 }
 
+/// In steady motion, or at rest.
+bool is_steady(const PlacedSolid& placed) { return placed.at_rest || placed.moving->path->is_steady(); }
+
+/// The same of a point of a body whose motion is not steady: with p its place and c the direction's centre,
+///   (n . (p - c))'' = n'' . (p - c) + 2 n' . (p' - c') + n . p'',
+/// where |n'| and |n''| stay as they are and |p''| is bounded.
+double uneven_curvature(const Direction& along, const PlacedSolid& placed, const Vector3& p) {
+  const BodyState& state = placed.state;
+  const double acceleration = placed.moving->path->bounds(placed.moving->body, state, p).acceleration;
+  const double tilt = norm(cross(along.turn, along.n));
+  const Vector3 velocity = state.velocity_W + cross(state.angular_velocity_W, p - state.centre_W);
+  const double rate = norm(velocity - along.velocity) + along.longest * acceleration;
+  const double reach = norm(p - along.centre) + along.longest * rate;
+  return tilt * (norm(along.turn) * reach + 2.0 * rate) + acceleration;
+}
+
 /// Of the vertices whose bit in `which` is set.
 Extent extent_along(const PlacedSolid& placed, const Direction& along, const Heights& heights,
                     unsigned which) {
@@ -82,7 +98,8 @@ Extent extent_along(const PlacedSolid& placed, const Direction& along, const Hei
     out.slope[k] = dot(along.n, state.velocity_W + cross(state.angular_velocity_W, p - state.centre_W));
     if (along.is_fixed()) continue;
     out.slope[k] += dot(cross(along.turn, along.n), p - along.centre) - dot(along.n, along.velocity);
-    out.curvature[k] = turning_curvature(along, state, p);
+    out.curvature[k] =
+        is_steady(placed) ? turning_curvature(along, state, p) : uneven_curvature(along, placed, p);
   }
   if (!stands && along.is_fixed())
     placed.moving->path->curvature_bounds(placed.moving->body, state, std::span(points).first(out.count),
@@ -168,9 +185,6 @@ double separation_along(const PlacedSolid& a, const PlacedSolid& b, const Vector
   }
   return (lowest - highest) - (radius_of(a) + radius_of(b));
 }
-
-/// In steady motion, or at rest.
-bool is_steady(const PlacedSolid& placed) { return placed.at_rest || placed.moving->path->is_steady(); }
 
 /// Two vertices, by bit, and from one to the other.
 struct ExtremeEdge {
@@ -411,20 +425,21 @@ class WidestStretch {
     const bool steady = is_steady(a_) && is_steady(b_);
     const double tolerance = 2.0 * kSeparationRounding * scale_;
     if (steady) try_direction(a_, b_, edge_direction(a_, b_, geometry, tolerance), false);
-    try_faces(steady);
+    try_faces();
     if (!widest_.at_end) try_edges(geometry, tolerance);
     if (!widest_.at_end) try_faces_that_turn();
     return widest_;
   }
 
  private:
-  void try_faces(bool steady) {
+  void try_faces() {
     for (int f = 0; f < 12 && !widest_.at_end; ++f) {
       const PlacedSolid& with = f < 6 ? a_ : b_;
       const Vector3 n = normal_of(with, f);
       if (n == Vector3::Zero() || !try_direction(a_, b_, {n}, true)) continue;
       const BodyState& body = with.state;
-      if (steady) try_direction(a_, b_, {n, body.angular_velocity_W, body.centre_W, body.velocity_W}, false);
+      if (is_steady(with))
+        try_direction(a_, b_, {n, body.angular_velocity_W, body.centre_W, body.velocity_W}, false);
     }
   }
 

@@ -47,12 +47,13 @@ TEST(GuardedScenes, AnArmPushesAnOruHomeAndStalls) {
 }
 
 /// As the scene is: with the arm's joints far from their stops and more than 64 rows of contacts a warm start
-/// was once taken for solved, and the arm stood with no force.
-TEST(GuardedScenes, AStalledArmPressesUntilAnEjectorDrivesItBack) {
+/// was once taken for solved, and the arm stood with no force. It then presses the ORU home askew and tilts
+/// it flat; both turn, each on its path, and were once stopped there for good.
+TEST(GuardedScenes, AStalledArmPressesIsDrivenBackAndSlidesAlong) {
   BackendRegistry registry;
   register_all_backends(registry);
   GuardedScene scene = load_guarded_scene(kScenes / "oru_pushed_home.yaml");
-  scene.scene.scene.duration = 10.0;
+  scene.scene.scene.duration = 14.0;
   comparison::ProgressLine progress;
   const GuardedRun run = run_scene(scene, registry, "native", progress);
   ASSERT_EQ(run.stopped, "");
@@ -66,6 +67,10 @@ TEST(GuardedScenes, AStalledArmPressesUntilAnEjectorDrivesItBack) {
   EXPECT_GT(before.force, 300.0);
   EXPECT_GT(run.driven_back, 10U);
   EXPECT_GT(after.hand_W.z(), before.hand_W.z() + 0.005);
+  // Home again at 11.2 s; sideways, still pressing, from 13 s on.
+  EXPECT_GT(run.samples[624].torque_share, 0.999);
+  EXPECT_GT(run.samples[624].force, 300.0);
+  EXPECT_GT(run.samples[699].hand_W.x(), run.samples[649].hand_W.x() + 0.004);
 }
 
 TEST(GuardedScenes, WhatIsWrongIsNamed) {

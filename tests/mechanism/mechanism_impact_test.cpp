@@ -14,7 +14,7 @@
 #include "touchstone/tests/motion/stop_in_gap.hpp"
 #include "touchstone/tests/support/at.hpp"
 
-// Links of an arm against a box at rest: find_impact() on MechanismPath.
+// Links of an arm against a box, at rest or moving: find_impact() on MechanismPath.
 
 namespace touchstone {
 namespace {
@@ -60,7 +60,8 @@ struct Against {
   double separation(const MechanismPath& path, std::uint32_t link, double s) {
     NarrowphaseQuery query(*native, 2);
     PairGeometry out{};
-    const PairStatus status = query.separation(compose(path.at(link, s).X_WO, X_OS), obstacle.from(), out);
+    const Pose X_WS = compose(path.at(link, s).X_WO, X_OS);
+    const PairStatus status = query.separation(X_WS, obstacle.pose_at(s), out);
     EXPECT_TRUE(status == PairStatus::separated || status == PairStatus::overlapping);
     return out.separation;
   }
@@ -168,6 +169,75 @@ TEST(MechanismImpact, ExecutedPathsKeepHalfTheGap) {
                 blocked, pairs, limits, static_cast<double>(queries) / pairs, worst_queries);
     EXPECT_GT(blocked, 100);
     EXPECT_EQ(limits, 0);
+  }
+}
+
+// A bar that an arm carries round a circle presses a corner on a plate, which gives way by as much and turns
+// about that corner: they part by a gap, and a plane fixed in the world is left at once.
+TEST(MechanismImpact, APlateThatTurnsAsAnArmPushesItIsFollowed) {
+  constexpr double kTilt = 2e-3, kPush = 2e-5, kTurn = 6e-5;
+  const Mechanism arm(straight_arm(2, 2, Vector3::UnitZ()));
+  Against plate({0.05, 0.05, 0.05}, at(3, -0.025, 0), {1, 0.05, 1}, {});
+  // The bar's corner is at (4.975, 0), before the middle of the plate's face.
+  const Matrix3 R_WO = rotation_about(Vector3::UnitZ(), kTilt);
+  const Vector3 middle_O(0, -0.025, 0);
+  MechanismPath path(arm);
+  path.set({}, std::vector{0.0, 0.0}, std::vector{0.5 * kPush, -0.5 * kPush});
+  for (const double opens : {1.0, -1.0}) {
+    const Pose X_WO = at(Vector3(4.975, 0.75 * kGap, 0) - rotate(R_WO, middle_O), R_WO);
+    plate.obstacle = RigidPath::by(X_WO, {0, kPush + opens * kGap, 0}, {0, 0, -kTurn}, middle_O);
+    EXPECT_NEAR(plate.separation(path, 2, 0), 0.75 * kGap, 1e-14);
+    const Impact impact = plate.find(path, 2);
+    EXPECT_LE(impact.queries, 8);
+    if (opens > 0.0)
+      EXPECT_EQ(impact.status, ImpactStatus::clear);
+    else
+      expect_stop_in_gap(impact);
+  }
+}
+
+// Paths that are called clear are, of links in contact with boxes that go along with them and turn.
+TEST(MechanismImpact, ExecutedPathsOnTurningBoxesKeepWhatTheyHad) {
+  for (const double step : {1e-4, 1e-2, 0.5}) {
+    test::Draw draw(static_cast<std::uint64_t>(1e5 * step) + 29);
+    int clear = 0, pairs = 0;
+    while (pairs < 1500) {
+      const Mechanism arm(draw.mechanism());
+      const auto link = static_cast<std::uint32_t>(arm.joints().size());
+      std::vector<double> from(arm.value_count()), to(arm.value_count());
+      for (std::size_t i = 0; i < from.size(); ++i)
+        from[i] = draw.real(-2, 2), to[i] = from[i] + draw.real(-step, step);
+      MechanismPath path(arm);
+      path.set(draw.pose(2), from, to);
+      if (!path.moves(link)) continue;
+      Against box({draw.real(0.1, 2), draw.real(0.1, 2), draw.real(0.1, 2)}, draw.pose(0.5),
+                  {draw.real(0.5, 2), draw.real(0.5, 2), draw.real(0.5, 2)}, {});
+      // The box's upper face is under the link's lowest vertex along n.
+      Pose X_WO = draw.pose(1);
+      const Vector3 n = X_WO.R.col(2);
+      const Pose X_WS = compose(path.at(link, 0).X_WO, box.X_OS);
+      Vector3 lowest_S = box.solids[0].vertices()[0];
+      for (const Vector3& v : box.solids[0].vertices())
+        if (dot(n, rotate(X_WS.R, v)) < dot(n, rotate(X_WS.R, lowest_S))) lowest_S = v;
+      const Vector3 top_O = {draw.real(-0.2, 0.2), draw.real(-0.2, 0.2),
+                             box.solids[1].vertices()[0].cwiseAbs().z()};
+      const Vector3 p = transform(X_WS, lowest_S);
+      X_WO.p = p - draw.real(0.5, 1.0) * kGap * n - rotate(X_WO.R, top_O);
+      // It goes as far as the vertex does and turns there, and some gaps more or less.
+      const Vector3 gone = transform(compose(path.at(link, 1).X_WO, box.X_OS), lowest_S) - p;
+      box.obstacle = RigidPath::by(X_WO, gone - draw.real(-2, 20) * std::max(kGap, step * step) * n,
+                                   draw.vector(step), top_O);
+      const double start = box.separation(path, link, 0);
+      if (!(start > 0.25 * kGap)) continue;
+      ++pairs;
+      const Impact impact = box.find(path, link);
+      clear += impact.status == ImpactStatus::clear;
+      for (int k = 0; k <= 20; ++k)
+        ASSERT_GE(box.separation(path, link, impact.lo * k / 20), std::min(start, 0.5 * kGap) - 1e-13)
+            << "pair " << pairs << " at " << impact.lo * k / 20;
+    }
+    std::printf("step %6.4f rad: %d of %d clear\n", step, clear, pairs);
+    EXPECT_GT(clear, 300);
   }
 }
 
