@@ -1,9 +1,11 @@
 #include "touchstone/contact_core/fit/cover_search.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <utility>
 #include "touchstone/contact_core/fit/main_axes.hpp"
+#include "touchstone/contact_core/fit/set_cover.hpp"
 #include "touchstone/contact_core/geometry/norms.hpp"
 
 namespace touchstone::fit {
@@ -22,6 +24,11 @@ constexpr std::size_t kOrdersTried = 3;
 // Where repairs cost less than this there are more of them, up to this many times as asked.
 constexpr double kVisitsARepair = 1e6;
 constexpr int kMostTimes = 16;
+
+// Scores that change where fewer are chosen of all candidates, a repair asked for: a fraction of its cost.
+constexpr std::uint64_t kScoresARepair = 10'000'000;
+
+constexpr std::size_t kMostOut = 6;  // that a repair takes out
 
 void set(std::vector<std::uint64_t>& bits, std::size_t i) { bits[i / 64] |= std::uint64_t{1} << (i % 64); }
 bool has(const std::vector<std::uint64_t>& bits, std::size_t i) {
@@ -359,7 +366,7 @@ void CoverSearch::drop_redundant(std::vector<std::size_t>& chosen) const {
 // Takes a hexahedron and those that share cells with it, or any, out and covers what is then open anew.
 bool CoverSearch::repair(std::vector<std::size_t>& chosen) {
   // The hexahedra nearest to a random place are taken out.
-  const std::size_t out = std::min<std::size_t>(chosen.size(), 2 + random() % 5);
+  const std::size_t out = std::min<std::size_t>(chosen.size(), 2 + random() % (kMostOut - 1));
   std::vector<std::size_t> kept = chosen;
   const Vector3 centre =
       0.5 * (cells_.cell(random() % cells_.size()).low + cells_.cell(random() % cells_.size()).high);
@@ -468,15 +475,57 @@ void CoverSearch::replace(std::vector<std::size_t>& chosen, std::span<const Vect
   drop_redundant(chosen);
 }
 
+// A set for each candidate, of what it holds: cells that the same candidates hold are one element.
+std::vector<std::vector<std::uint32_t>> CoverSearch::pool_as_sets(std::size_t& elements) {
+  const auto each_held = [&](std::size_t i, const auto& use) {
+    for (const Word& word : pool_[i].held)
+      for (std::uint64_t bits = word.bits; bits != 0; bits &= bits - 1)
+        use(word.index * 64 + static_cast<std::size_t>(std::countr_zero(bits)));
+  };
+  // The candidates that hold a cell are told by the sum of a random number each.
+  std::vector<std::pair<std::uint64_t, std::size_t>> holders;
+  for (std::size_t cell = 0; cell < cells_.size(); ++cell) holders.emplace_back(0, cell);
+  for (std::size_t i = 0; i < pool_.size(); ++i) {
+    const std::uint64_t mark = random();
+    each_held(i, [&](std::size_t cell) { holders[cell].first += mark; });
+  }
+  std::sort(holders.begin(), holders.end());
+  // The first cell of those alike stands for them.
+  constexpr std::uint32_t kNone = 0xffffffffU;
+  std::vector<std::uint32_t> element(cells_.size(), kNone);
+  std::uint32_t count = 0;
+  for (std::size_t i = 0; i < holders.size(); ++i)
+    if (i == 0 || holders[i].first != holders[i - 1].first) element[holders[i].second] = count++;
+  std::vector<std::vector<std::uint32_t>> sets(pool_.size());
+  for (std::size_t i = 0; i < pool_.size(); ++i)
+    each_held(i, [&](std::size_t cell) {
+      if (element[cell] != kNone) sets[i].push_back(element[cell]);
+    });
+  elements = count;
+  return sets;
+}
+
+// Of all that is known, as what is taken out in a place cannot change what is chosen everywhere.
+void CoverSearch::choose_again(std::vector<std::size_t>& chosen, std::uint64_t work) {
+  if (chosen.size() <= kMostOut) return;  // repairs did change everything
+  std::size_t elements = 0;
+  const std::vector<std::vector<std::uint32_t>> sets = pool_as_sets(elements);
+  std::vector<std::size_t> fewer = fewer_sets(sets, elements, chosen, work);
+  // Equal sums of different candidates would show here.
+  if (fewer.size() < chosen.size() && union_of(fewer) == all_) chosen = std::move(fewer);
+}
+
 void CoverSearch::look_for_fewer(std::vector<std::size_t>& chosen, int repairs) {
   const std::uint64_t start = space_.visits();
   const double budget = static_cast<double>(repairs) * kVisitsARepair;
   for (int i = 0; i < kMostTimes * repairs; ++i) {
     const double spent = static_cast<double>(space_.visits() - start) / budget;
-    if (chosen.size() == 1 || (i >= repairs && (spent >= 1.0 || chosen.size() == 2))) return;
+    if (chosen.size() == 1 || (i >= repairs && (spent >= 1.0 || chosen.size() == 2))) break;
     repair(chosen);
     tick(std::min(1.0, std::max(spent, static_cast<double>(i + 1) / (kMostTimes * repairs))));
   }
+  choose_again(chosen, kScoresARepair * static_cast<std::uint64_t>(repairs));
+  tick(1.0);
 }
 
 std::vector<SixPlanes> CoverSearch::run(double thinnest, double margin, const Check& check) {

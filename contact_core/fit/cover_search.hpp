@@ -30,7 +30,8 @@ using Check = std::function<std::optional<Vector3>(const SixPlanes&)>;
 /// Finds few hexahedra that keep to a space and together hold every cell.
 ///
 /// Candidates grow from cells that are not covered yet, in several frames and orders; greedily the one that
-/// covers most is chosen; then some are taken out and the hole is covered by fewer, where that can be.
+/// covers most is chosen; then some are taken out and the hole is covered by fewer, where that can be; at
+/// last fewer are looked for among all candidates.
 class CoverSearch {
  public:
   CoverSearch(const MeshDistance& mesh, const Cells& cells, AllowedSpace& space, double over,
@@ -74,6 +75,8 @@ class CoverSearch {
   Bits union_of(const std::vector<std::size_t>& chosen) const;
   void drop_redundant(std::vector<std::size_t>& chosen) const;
   bool repair(std::vector<std::size_t>& chosen);
+  std::vector<std::vector<std::uint32_t>> pool_as_sets(std::size_t& elements);
+  void choose_again(std::vector<std::size_t>& chosen, std::uint64_t work);
   /// The points that each chosen one has to hold: all cells are shared out.
   std::vector<std::vector<Vector3>> share_out(const std::vector<std::size_t>& chosen) const;
   std::vector<SixPlanes> shrunk(const std::vector<std::size_t>& chosen, double thinnest);

@@ -1,9 +1,11 @@
+#include <algorithm>
 #include <cstdint>
 #include <random>
 
 #include "touchstone/contact_core/fit/excess.hpp"
 #include "touchstone/contact_core/fit/fit.hpp"
 #include "touchstone/contact_core/fit/round_parts.hpp"
+#include "touchstone/contact_core/fit/set_cover.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/tests/fit/meshes.hpp"
@@ -22,6 +24,25 @@ FitOptions within(double over) {
   options.over = over;
   options.repairs = 3;
   return options;
+}
+
+// Runs of 11 among 120 in a row, all of them to begin with: 11 runs need 120 of the 121 that they can hold.
+TEST(FewerSets, HoldEverythingByFewest) {
+  constexpr std::uint32_t kElements = 120, kLength = 11;
+  std::vector<std::vector<std::uint32_t>> sets;
+  std::vector<std::size_t> all;
+  for (std::uint32_t first = 0; first + kLength <= kElements; ++first) {
+    all.push_back(sets.size());
+    for (sets.emplace_back(); sets.back().size() < kLength;)
+      sets.back().push_back(first + static_cast<std::uint32_t>(sets.back().size()));
+  }
+  const std::vector<std::size_t> fewest = fit::fewer_sets(sets, kElements, all, 20'000'000);
+  EXPECT_EQ(fewest.size(), 11U);
+  std::vector<bool> is_held(kElements, false);
+  for (const std::size_t s : fewest)
+    for (const std::uint32_t e : sets[s]) is_held[e] = true;
+  EXPECT_EQ(std::count(is_held.begin(), is_held.end(), true), kElements);
+  EXPECT_EQ(fit::fewer_sets(sets, kElements, all, 0), all);
 }
 
 TEST(MeshDistance, KnowsOutsideSurfaceAndInside) {

@@ -1,0 +1,161 @@
+#include "touchstone/contact_core/fit/set_cover.hpp"
+
+#include <algorithm>
+#include <optional>
+
+namespace touchstone::fit {
+namespace {
+
+// Gao, Weise, Li, "An efficient local search heuristic with row weighting for the unicost set covering
+// problem", 2015.
+class LocalSearch {
+ public:
+  LocalSearch(std::span<const std::vector<std::uint32_t>> sets, std::size_t elements)
+      : sets_(sets),
+        holders_(elements),
+        weight_(elements, 1),
+        count_(elements, 0),
+        place_(elements),
+        score_(sets.size(), 0),
+        changed_(sets.size(), 0),
+        is_chosen_(sets.size(), 0),
+        may_enter_(sets.size(), 1) {
+    for (std::uint32_t s = 0; s < sets.size(); ++s) {
+      score_[s] = sets[s].size();
+      for (const std::uint32_t e : sets[s]) holders_[e].push_back(s);
+    }
+    for (std::uint32_t e = 0; e < elements; ++e) open(e);
+  }
+
+  std::vector<std::size_t> run(const std::vector<std::size_t>& start, std::uint64_t work) {
+    for (const std::size_t s : start) put_in(s);
+    work_ = 0;
+    std::vector<std::size_t> best = start;
+    // Where a cover is found, one set goes; then sets go and come until everything is held again.
+    for (std::uint64_t i = 1; work_ < work; ++i) {
+      while (open_.empty() && !chosen_.empty()) {
+        best = chosen_;
+        take_out(least_missed(std::nullopt), i);
+      }
+      if (chosen_.size() < 2) break;
+      take_out(least_missed(entered_), i);
+      const std::uint32_t element = open_[random() % open_.size()];
+      entered_ = most_needed(element);
+      put_in(*entered_);
+      changed_[*entered_] = i;
+      for (const std::uint32_t e : open_) {
+        ++weight_[e];
+        work_ += holders_[e].size();
+        for (const std::uint32_t s : holders_[e]) ++score_[s];
+      }
+    }
+    return best;
+  }
+
+ private:
+  // Of a chosen set, `score_` weighs what no other one holds; of another, what is open and it would hold.
+  void put_in(std::size_t set) {
+    is_chosen_[set] = 1;
+    chosen_.push_back(set);
+    score_[set] = 0;
+    for (const std::uint32_t e : sets_[set]) {
+      if (++count_[e] == 1) {
+        close(e);
+        score_[set] += weight_[e];
+        work_ += holders_[e].size();
+        for (const std::uint32_t s : holders_[e])
+          if (s != set) score_[s] -= weight_[e], may_enter_[s] = 1;
+      } else if (count_[e] == 2) {
+        work_ += holders_[e].size();
+        for (const std::uint32_t s : holders_[e])
+          if (s != set && is_chosen_[s]) score_[s] -= weight_[e];
+      }
+    }
+  }
+
+  void take_out(std::size_t set, std::uint64_t when) {
+    is_chosen_[set] = 0;
+    chosen_.erase(std::find(chosen_.begin(), chosen_.end(), set));
+    score_[set] = 0;
+    for (const std::uint32_t e : sets_[set]) {
+      if (--count_[e] == 0) {
+        open(e);
+        score_[set] += weight_[e];
+        work_ += holders_[e].size();
+        for (const std::uint32_t s : holders_[e])
+          if (s != set) score_[s] += weight_[e], may_enter_[s] = 1;
+      } else if (count_[e] == 1) {
+        work_ += holders_[e].size();
+        for (const std::uint32_t s : holders_[e])
+          if (is_chosen_[s]) score_[s] += weight_[e];
+      }
+    }
+    may_enter_[set] = 0;
+    changed_[set] = when;
+  }
+
+  // Of equal ones that which has stood longest.
+  std::size_t least_missed(std::optional<std::size_t> except) const {
+    std::optional<std::size_t> least;
+    for (const std::size_t s : chosen_) {
+      if (s == except) continue;
+      if (!least || score_[s] < score_[*least] ||
+          (score_[s] == score_[*least] && changed_[s] < changed_[*least]))
+        least = s;
+    }
+    return *least;
+  }
+
+  // One that was taken out enters only when something about it has changed, unless it is the only one.
+  std::size_t most_needed(std::uint32_t element) const {
+    std::optional<std::size_t> most;
+    const auto is_better = [&](std::size_t s) {
+      if (may_enter_[s] != may_enter_[*most]) return may_enter_[s] > may_enter_[*most];
+      if (score_[s] != score_[*most]) return score_[s] > score_[*most];
+      return changed_[s] < changed_[*most];
+    };
+    for (const std::uint32_t s : holders_[element])
+      if (!most || is_better(s)) most = s;
+    return *most;
+  }
+
+  void open(std::uint32_t element) {
+    place_[element] = open_.size();
+    open_.push_back(element);
+  }
+
+  void close(std::uint32_t element) {
+    open_[place_[element]] = open_.back();
+    place_[open_.back()] = place_[element];
+    open_.pop_back();
+  }
+
+  std::uint64_t random() {  // Marsaglia's xorshift
+    state_ ^= state_ << 13;
+    state_ ^= state_ >> 7;
+    state_ ^= state_ << 17;
+    return state_;
+  }
+
+  std::span<const std::vector<std::uint32_t>> sets_;
+  std::vector<std::vector<std::uint32_t>> holders_;  ///< the sets that hold each element
+  std::vector<std::uint64_t> weight_;
+  std::vector<std::uint32_t> count_;  ///< the chosen sets that hold each element
+  std::vector<std::size_t> place_;    ///< of open elements in `open_`
+  std::vector<std::uint32_t> open_;
+  std::vector<std::uint64_t> score_, changed_;
+  std::vector<std::uint8_t> is_chosen_, may_enter_;
+  std::vector<std::size_t> chosen_;
+  std::optional<std::size_t> entered_;
+  std::uint64_t work_ = 0;  ///< scores looked at to change them
+  std::uint64_t state_ = 88172645463325252U;
+};
+
+}  // namespace
+
+std::vector<std::size_t> fewer_sets(std::span<const std::vector<std::uint32_t>> sets, std::size_t elements,
+                                    const std::vector<std::size_t>& start, std::uint64_t work) {
+  return LocalSearch(sets, elements).run(start, work);
+}
+
+}  // namespace touchstone::fit
