@@ -83,6 +83,9 @@ class Engine:
         line = self.process.stdout.readline()
         while line and not line.startswith(b"{"):
             line = self.process.stdout.readline()  # some packages greet by themselves
+        if not line:
+            self.process.communicate()
+            raise SystemExit(f"{' '.join(command)}: ended without a greeting, code {self.process.returncode}")
         self.greeting = json.loads(line)
 
     def ask(self, cases):
@@ -149,22 +152,24 @@ def environment_of(packages, folder):
     name = "_".join(packages).replace("==", "-").replace("/", "-")
     root = folder / name
     node = any("@" in package for package in packages)
-    return {"root": root, "node": node, "packages": packages, "cwd": root if node else None,
+    installed = root / "installed"  # made last: what was interrupted is not there
+    return {"root": root, "installed": installed, "node": node, "packages": packages, "cwd": root if node else None,
             "env": {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"},
-            "command": ["node"] if node else [str(root / "bin/python")], "there": (root / ("node_modules" if node else "bin/python")).exists()}
+            "command": ["node"] if node else [str(root / "bin/python")], "there": installed.exists()}
 
 
 def install(environment):
     root = environment["root"]
     if environment["there"]:
         return
-    root.mkdir(parents=True)
+    root.mkdir(parents=True, exist_ok=True)
     if environment["node"]:
         (root / "package.json").write_text("{}")
         subprocess.run(["npm", "install", "--silent", "--no-audit", "--no-fund", *environment["packages"]], cwd=root, check=True)
     else:
-        subprocess.run([sys.executable, "-m", "venv", root], check=True)
+        subprocess.run([sys.executable, "-m", "venv", "--clear", root], check=True)
         subprocess.run([root / "bin/pip", "install", "--quiet", *environment["packages"]], check=True)
+    environment["installed"].touch()
     environment["there"] = True
 
 

@@ -2,8 +2,11 @@
 import json
 import math
 import pathlib
+import subprocess
 import sys
+import tempfile
 import unittest
+import unittest.mock
 
 BENCH = pathlib.Path(__file__).resolve().parents[2] / "examples/bench"
 sys.path.insert(0, str(BENCH))
@@ -56,6 +59,36 @@ class Listed(unittest.TestCase):
             contact, exact, _, _ = trackers.truth(cases[name])
             self.assertEqual(contact, distance < 0)
             self.assertAlmostEqual(exact, distance, places=12)
+
+
+class Environments(unittest.TestCase):
+    def test_what_was_interrupted_is_installed_again(self):
+        for packages in (["numpy==1"], ["engine@1"]):
+            with tempfile.TemporaryDirectory() as folder:
+                def here():
+                    return trackers.environment_of(packages, pathlib.Path(folder))
+
+                def stopped(command, **_):
+                    (here()["root"] / "bin").mkdir(exist_ok=True)
+                    (here()["root"] / "bin/python").touch()
+                    (here()["root"] / "node_modules").mkdir(exist_ok=True)
+                    if "venv" not in command:
+                        raise subprocess.CalledProcessError(1, command)
+
+                with unittest.mock.patch("subprocess.run", stopped), self.assertRaises(subprocess.CalledProcessError):
+                    trackers.install(here())
+                self.assertFalse(here()["there"])
+                with unittest.mock.patch("subprocess.run") as run:
+                    trackers.install(here())
+                    self.assertTrue(run.called)
+                    self.assertTrue(here()["there"])
+                    run.reset_mock()
+                    trackers.install(here())
+                    self.assertFalse(run.called)
+
+    def test_an_engine_without_a_greeting_is_named(self):
+        with self.assertRaisesRegex(SystemExit, "-c pass: ended without a greeting, code 0"):
+            trackers.Engine([sys.executable, "-c", "pass"], {"env": None, "cwd": None})
 
 
 if __name__ == "__main__":
