@@ -4,6 +4,7 @@
     trackers.py --environments DIR --install    # PyPI and npm packages into DIR, a folder a version (some 6 GB)
     trackers.py --environments DIR [--only BUG ...] [--output FILE]
 
+Of some of the bugs alone (--only, or packages that are not in DIR) the page is written where --output is given, and not to trackers.md.
 Needs no build: engines answer through their adapters (adapters/process_engine/example), the truth is rational arithmetic
 (tests/hard_cases/exact_hull.py). A bug whose packages are not in DIR is listed as not asked."""
 import argparse
@@ -209,12 +210,17 @@ def row(bug, had, later, truths, cases):
             f"yes{bug.get('note', '')} | {after} |"), True, any(not cases[fault[0]]["new"] for fault in shown)
 
 
+def page_path(given, is_partial):
+    """Where the page is written; None: nowhere, as one of some bugs alone would replace that of all."""
+    return given if given or is_partial else HERE / "trackers.md"
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--environments", type=pathlib.Path, required=True)
     parser.add_argument("--install", action="store_true")
     parser.add_argument("--only", nargs="*")
-    parser.add_argument("--output", type=pathlib.Path, default=HERE / "trackers.md")
+    parser.add_argument("--output", type=pathlib.Path, help="default: trackers.md, if all bugs were asked")
     options = parser.parse_args()
     folder, listed, cases, known = options.environments.resolve(), json.loads((HERE / "trackers.json").read_text()), load_cases(), {}
 
@@ -223,7 +229,7 @@ def main():
             known[case["id"]] = truth(case)
         return known[case["id"]]
 
-    lines, flagged = [], []
+    lines, flagged, is_partial = [], [], bool(options.only)
     for bug in listed["asked"]:
         if options.only and bug["bug"] not in options.only:
             continue
@@ -231,6 +237,7 @@ def main():
             for packages in (bug["had"], bug["later"]):
                 install(environment_of(packages, folder))
         had, later = (found_by(bug, bug[key], folder, cases, truths) for key in ("had", "later"))
+        is_partial = is_partial or had is None or later is None
         line, *counts = row(bug, had, later, truths, cases)
         print(line, flush=True)
         lines.append(line)
@@ -239,9 +246,13 @@ def main():
     count, left_out = sum(each[0] for each in flagged), sum(bug.get("left_out", 0) for bug in listed["not_asked"])
     share = (f"Flagged: {count} of {len(flagged)}, {100 * count // max(1, len(flagged))} %, {sum(each[1] for each in flagged)} of them by pairs of corpus 1.1; "
              f"with the {left_out} that need a margin: {count} of {len(flagged) + left_out}, {100 * count // max(1, len(flagged) + left_out)} %.")
-    options.output.write_text((HERE / "trackers_head.md").read_text().replace("{made}", made()).replace("{share}", share).replace("{asked}", "\n".join(lines))
-                              .replace("{others}", "\n".join(others)))
     print(share)
+    output = page_path(options.output, is_partial)
+    if output is None:
+        print("Not all bugs were asked: trackers.md stays as it is; --output FILE takes this page.")
+        return
+    output.write_text((HERE / "trackers_head.md").read_text().replace("{made}", made()).replace("{share}", share).replace("{asked}", "\n".join(lines))
+                              .replace("{others}", "\n".join(others)))
 
 
 if __name__ == "__main__":

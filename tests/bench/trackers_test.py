@@ -91,5 +91,17 @@ class Environments(unittest.TestCase):
             trackers.Engine([sys.executable, "-c", "pass"], {"env": None, "cwd": None})
 
 
+class Page(unittest.TestCase):
+    def test_the_page_of_all_is_not_replaced_by_one_of_some(self):
+        self.assertEqual(trackers.page_path(None, False), BENCH / "trackers.md")
+        self.assertIsNone(trackers.page_path(None, True))
+        self.assertEqual(trackers.page_path(pathlib.Path("some.md"), True), pathlib.Path("some.md"))
+        before = (BENCH / "trackers.md").read_text()
+        with tempfile.TemporaryDirectory() as folder, unittest.mock.patch("builtins.print"):
+            with unittest.mock.patch("sys.argv", ["trackers.py", "--environments", folder]):
+                trackers.main()  # nothing is installed
+        self.assertEqual((BENCH / "trackers.md").read_text(), before)
+
+
 if __name__ == "__main__":
     unittest.main()
