@@ -93,6 +93,17 @@ TEST_F(Fitted, TheTotalIsTheGeometrysAndTheBackends) {
   EXPECT_FALSE(cheapest_within({{coarse}, 0.0}, 0.01));
 }
 
+// Pairs are a part of the frame: of one run, both by the processor's time.
+TEST_F(Fitted, APairsTimeIsAPartOfTheFrames) {
+  const TotalErrors errors = measure_total_errors(
+      std::vector<FittedCover>{box_cover(0.1, 0.2), box_cover(0.0, 0.0)}, beside({0.05, 0.1, 0.2, 0.3}),
+      registry_, std::vector<std::string>{"native", "exact"}, 20);
+  for (const TotalErrorRow& row : errors.rows) {
+    EXPECT_GT(row.pair_ns, 0.0);
+    EXPECT_LT(row.pairs * row.pair_ns, row.frame_ns) << row.backend;
+  }
+}
+
 TEST_F(Fitted, WithoutAFinerCoverTheCertifiedErrorIsAdded) {
   const TotalErrors errors = measure({box_cover(0.1, 0.2)}, beside({0.3}), {"native"});
   EXPECT_NEAR(errors.bracket, 0.2, 1e-12);

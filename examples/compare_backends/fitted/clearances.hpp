@@ -26,7 +26,8 @@ class ClearanceQuery {
 
   /// @param X_MP of the probe. Allocates nothing after warm-up.
   Clearance operator()(const Pose& X_MP);
-  /// Nanoseconds that the narrowphase alone took so far.
+  /// Nanoseconds of this thread's processor that the narrowphase alone took so far. A call reads that clock
+  /// twice; one reading a call is in these.
   double narrowphase_ns() const { return narrowphase_ns_; }
 
  private:

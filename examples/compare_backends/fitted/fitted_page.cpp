@@ -23,8 +23,8 @@ and every backend is asked for the clearance to each cover, with `native`'s broa
 - total: the worst difference of its clearance from the mesh's, an upper bound. The mesh's clearance is bracketed by all covers: at
   least the largest exact clearance, at most the least one with its certified error added.
 
-A backend that refuses a pair that counts at a pose (`unsupported`, `failed`) has no total for it and no time. Times are the least of
-several runs over all poses; read their ratios.
+A backend that refuses a pair that counts at a pose (`unsupported`, `failed`) has no total for it and no time. Times are the processor's,
+of the run over all poses whose frames took least of several; read their ratios.
 )";
 
 constexpr std::size_t kTextColumns = 1;

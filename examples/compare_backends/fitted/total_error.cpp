@@ -3,17 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/threads/processor_time.hpp"
 #include "touchstone/examples/compare_backends/fitted/clearances.hpp"
 
 namespace touchstone::comparison {
 namespace {
 
-using Clock = std::chrono::steady_clock;
 using Values = std::vector<double>;  // a pose [m]
 
 // Exact clearances are right to the last bit; this is the rounding of their sums with errors.
@@ -67,16 +66,28 @@ void judge(ClearanceQuery& query, const ClearancePoses& poses, const Values& exa
   row.pairs = static_cast<double>(pairs) / static_cast<double>(poses.poses.size());
 }
 
+// The least that a reading of the clock takes [ns].
+double clock_ns() {
+  double least = kInfinity;
+  for (int i = 0; i < 1000; ++i) {
+    const double before = processor_us();
+    least = std::min(least, 1e3 * (processor_us() - before));
+  }
+  return least;
+}
+
+// Both figures are of the run whose frames took least. The processor's time counts, without the clock's.
 void time(ClearanceQuery& query, const ClearancePoses& poses, int repetitions, TotalErrorRow& row) {
   const auto count = static_cast<double>(poses.poses.size());
-  row.frame_ns = row.pair_ns = kInfinity;
+  const double clock = clock_ns();
+  row.frame_ns = kInfinity;
   for (int i = 0; i < repetitions; ++i) {
-    const double before = query.narrowphase_ns();
-    const Clock::time_point start = Clock::now();
+    const double before = query.narrowphase_ns(), start = processor_us();
     for (const Pose& X_MP : poses.poses) query(X_MP);
-    const double ns = std::chrono::duration<double, std::nano>(Clock::now() - start).count();
-    row.frame_ns = std::min(row.frame_ns, ns / count);
-    row.pair_ns = std::min(row.pair_ns, (query.narrowphase_ns() - before) / (count * row.pairs));
+    const double frame_ns = 1e3 * (processor_us() - start) / count - 2.0 * clock;
+    if (frame_ns >= row.frame_ns) continue;
+    row.frame_ns = frame_ns;
+    row.pair_ns = ((query.narrowphase_ns() - before) / count - clock) / row.pairs;
   }
 }
 

@@ -28,9 +28,11 @@ struct TotalErrorRow {
   std::size_t unanswered = 0;  ///< poses with a pair that counts failed or unsupported; without an error
   std::size_t undecided = 0;   ///< poses with a pair that is closer than the backend's resolution
   double pairs = 0.0;          ///< a frame, on average
-  double pair_ns = 0.0;        ///< of the narrowphase; the least of several runs
-  double frame_ns = 0.0;       ///< broadphase and narrowphase, the same; 0 where poses are unanswered
-  std::string refused;         ///< why the backend takes no such hexahedra; empty: it does
+  double pair_ns = 0.0;        ///< of the narrowphase, in the run of frame_ns
+  /// Broadphase and narrowphase, of this thread's processor; the least of several runs. 0: not timed, as
+  /// where poses are unanswered.
+  double frame_ns = 0.0;
+  std::string refused;  ///< why the backend takes no such hexahedra; empty: it does
 };
 
 struct TotalErrors {
