@@ -173,6 +173,24 @@ TEST_F(FittedProgram, OneCommandCoversAMeshAndWritesThePage) {
   EXPECT_THAT(outcome.out, HasSubstr("angle.obj: "));
 }
 
+// Nothing but the error asked for is known of the range then: it is wide enough by itself.
+TEST_F(FittedProgram, OneCoverIsEnough) {
+  const std::string out = (folder_ / "report").string();
+  const Outcome outcome =
+      run("fitted " + mesh_ +
+          " --unit m --over 6% --tries 1 --poses 20 --repetitions 1 --backend native --out " + out);
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("at 20 poses within "));
+}
+
+TEST_F(FittedProgram, ARangeThatNoPoseIsWithinIsRefusedBeforeTheFit) {
+  const Outcome outcome =
+      run("fitted " + mesh_ + " --unit m --over 20% 6% --range 5% --backend native --out " +
+          (folder_ / "report").string());
+  EXPECT_NE(outcome.code, 0);
+  EXPECT_THAT(outcome.err, HasSubstr("--range: is '5%', and the finest cover's error may be 0.18 m"));
+}
+
 TEST_F(FittedProgram, WhatItCannotUseIsNamed) {
   EXPECT_THAT(run("fitted " + mesh_ + " --unit m --backend nobody").err, HasSubstr("nobody"));
   EXPECT_THAT(run("fitted " + mesh_).err, HasSubstr("unit"));

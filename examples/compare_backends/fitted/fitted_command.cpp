@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/compare_backends/fitted/fitted_page.hpp"
 #include "touchstone/examples/fit/fit_run.hpp"
@@ -45,8 +46,10 @@ bool parse(int argc, const char* const* argv, FittedOptions& options) {
   // Poses are made from the seed.
   app.add_option("--probe", options.probe, "Side of the cube that is put near the mesh")
       ->capture_default_str();
-  app.add_option("--range", options.range,
-                 "Clearances of the mesh are up to this (default: the coarsest cover's error)");
+  app.add_option(
+      "--range", options.range,
+      "Clearances of the mesh are up to this, more than the finest cover's error (default: twice the "
+      "coarsest cover's error, at least 5% of the diagonal)");
   app.add_option("--poses", options.poses, "Poses of the cube")
       ->capture_default_str()
       ->check(CLI::Range(1, 1000000));
@@ -114,17 +117,36 @@ std::vector<FittedCover> covers_of(const std::filesystem::path& mesh, const Fitt
   return covers;
 }
 
+constexpr double kLeastRange = 0.05;  // of the diagonal, unless another is asked for
+
+/// Poses are clear of the finest cover by less than the range without its error: refused before covers are
+/// fitted or proven.
+void check_range(const FittedOptions& options, double diagonal) {
+  if (options.range.empty()) return;
+  double finest = kInfinity;
+  if (options.covers.empty())
+    for (const std::string& over : options.over)
+      finest = std::min(finest, parse_length(over, "--over").metres(diagonal));
+  for (const std::string& path : options.covers)
+    finest = std::min(finest, fitting::read_certificate(path).claim.excess);
+  if (!(parse_length(options.range, "--range").metres(diagonal) > finest))
+    reject("--range", fmt::format("is '{}', and the finest cover's error may be {:.6g} m: no pose of the "
+                                  "probe is known to be within it",
+                                  options.range, finest));
+}
+
 FittedMesh measure(const std::filesystem::path& path, const FittedOptions& options,
                    const BackendRegistry& registry, std::span<const std::string> backends,
                    ProgressLine& progress) {
   const TriangleMesh mesh = weld(fitting::read_mesh(path, input_of(options)).mesh);
-  const std::vector<FittedCover> covers = covers_of(path, options, progress);
   FittedMesh result;
   result.name = path.filename().string();
   result.triangles = mesh.triangles.size();
   result.diagonal = MeshDistance(mesh).bounds().diagonal();
   result.side = parse_length(options.probe, "--probe").metres(result.diagonal);
-  result.range = options.range.empty() ? covers.front().error
+  check_range(options, result.diagonal);
+  const std::vector<FittedCover> covers = covers_of(path, options, progress);
+  result.range = options.range.empty() ? std::max(2.0 * covers.front().error, kLeastRange * result.diagonal)
                                        : parse_length(options.range, "--range").metres(result.diagonal);
   progress.step("poses of " + result.name);
   const ClearancePoses poses =
