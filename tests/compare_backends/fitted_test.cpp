@@ -191,6 +191,21 @@ TEST_F(FittedProgram, ARangeThatNoPoseIsWithinIsRefusedBeforeTheFit) {
   EXPECT_THAT(outcome.err, HasSubstr("--range: is '5%', and the finest cover's error may be 0.18 m"));
 }
 
+TEST_F(FittedProgram, AMeshThatFailsDoesNotLoseTheOthers) {
+  write("flat.obj", "v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n");
+  const std::string out = (folder_ / "report").string();
+  const Outcome outcome = run("fitted " + (folder_ / "flat.obj").string() + " " + mesh_ +
+                              " --unit m --over 20% 6% --tries 1 --poses 20 --repetitions 1 --backend native "
+                              "--out " +
+                              out);
+  EXPECT_EQ(outcome.code, 1) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("not measured: flat.obj: "));
+  EXPECT_THAT(outcome.out, HasSubstr("page and plots: "));
+  const std::string page = read(folder_ / "report/fitted.md");
+  EXPECT_THAT(page, HasSubstr("Not measured: flat.obj: "));
+  EXPECT_THAT(page, HasSubstr("## angle.obj"));
+}
+
 TEST_F(FittedProgram, WhatItCannotUseIsNamed) {
   EXPECT_THAT(run("fitted " + mesh_ + " --unit m --backend nobody").err, HasSubstr("nobody"));
   EXPECT_THAT(run("fitted " + mesh_).err, HasSubstr("unit"));

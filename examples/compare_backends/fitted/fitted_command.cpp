@@ -180,19 +180,31 @@ int run_fitted(int argc, const char* const* argv, const BackendRegistry& registr
   std::vector<std::string> names = {"fitted.md"};
   for (std::size_t i = 0; i < options.meshes.size(); ++i) names.push_back(fitted_plot_name(i));
   check_report_folder(options.output, names);
-  // Each mesh is shown as soon as it is measured.
+  // Each mesh is shown as soon as it is measured; one that fails does not end the others.
   std::vector<FittedMesh> meshes;
   std::vector<ReportFile> files;
+  std::vector<std::string> failed;
   for (const std::string& path : options.meshes) {
     ProgressLine progress;
-    meshes.push_back(measure(path, options, registry, backends, progress));
+    try {
+      meshes.push_back(measure(path, options, registry, backends, progress));
+    } catch (const InputError& error) {
+      if (options.meshes.size() == 1) throw;
+      progress.finish();
+      failed.push_back(fmt::format("{}: {}", std::filesystem::path(path).filename().string(), error.what()));
+      print_now(fmt::format("not measured: {}\n", failed.back()));
+      continue;
+    }
     progress.finish();
     print_now(fitted_text(meshes.back()));
     files.emplace_back(fitted_plot_name(meshes.size() - 1), fitted_plot(meshes.back()));
   }
-  files.emplace_back("fitted.md", fitted_page(meshes, command_of(argc, argv)));
-  print_now(fmt::format("\npage and plots: {}\n", place_report(options.output, files, true).string()));
-  return 0;
+  if (meshes.empty()) return 1;
+  files.emplace_back("fitted.md", fitted_page(meshes, command_of(argc, argv), failed));
+  const std::filesystem::path folder = place_report(options.output, files, failed.empty());
+  print_now(fmt::format("\npage and plots: {}\n", folder.string()));
+  for (const std::string& reason : failed) print_now(fmt::format("not measured: {}\n", reason));
+  return failed.empty() ? 0 : 1;
 }
 
 }  // namespace touchstone::comparison

@@ -114,8 +114,10 @@ std::string fitted_text(const FittedMesh& mesh) {
   return fmt::format("{}: {}\n\n{}\n", mesh.name, mesh_line(mesh), table.str());
 }
 
-std::string fitted_page(const std::vector<FittedMesh>& meshes, const std::string& command) {
+std::string fitted_page(const std::vector<FittedMesh>& meshes, const std::string& command,
+                        const std::vector<std::string>& failed) {
   std::string text = page_head("Cost against total error: geometry's and backend's", command) + kIntroduction;
+  for (const std::string& reason : failed) text += fmt::format("\nNot measured: {}\n", reason);
   for (std::size_t i = 0; i < meshes.size(); ++i) {
     const FittedMesh& mesh = meshes[i];
     text += fmt::format("\n## {}\n\n{}.\n\n![Time a frame against total error]({})\n\n{}\n", mesh.name,

@@ -21,10 +21,12 @@ struct FittedMesh {
 /// One table, for a terminal.
 std::string fitted_text(const FittedMesh& mesh);
 /// Markdown: how to read it, then for each mesh the table, the cheapest by allowed error and the plot's name.
-std::string fitted_page(const std::vector<FittedMesh>& meshes, const std::string& command);
+/// @param failed why other meshes have no figures, a line each.
+std::string fitted_page(const std::vector<FittedMesh>& meshes, const std::string& command,
+                        const std::vector<std::string>& failed = {});
 /// Time a frame against total error as SVG, log-log: one line a backend, its marks the covers.
 std::string fitted_plot(const FittedMesh& mesh);
-/// The plot's file, of the mesh's place in the command.
+/// The plot's file, of the mesh's place in the page.
 std::string fitted_plot_name(std::size_t mesh);
 
 }  // namespace touchstone::comparison
