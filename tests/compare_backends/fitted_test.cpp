@@ -206,6 +206,20 @@ TEST_F(FittedProgram, AMeshThatFailsDoesNotLoseTheOthers) {
   EXPECT_THAT(page, HasSubstr("## angle.obj"));
 }
 
+TEST_F(FittedProgram, WithoutTimesThereIsNoPlotAndNoCheapest) {
+  const std::string out = (folder_ / "report").string();
+  const Outcome outcome = run("fitted " + mesh_ +
+                              " --unit m --over 20% 6% --tries 1 --poses 20 --repetitions 0 --backend native "
+                              "--out " +
+                              out);
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "report/fitted_1.svg"));
+  const std::string page = read(folder_ / "report/fitted.md");
+  EXPECT_THAT(page, HasSubstr("| native | "));
+  EXPECT_THAT(page, ::testing::Not(HasSubstr("fitted_1.svg")));
+  EXPECT_THAT(page, ::testing::Not(HasSubstr("the cheapest")));
+}
+
 TEST_F(FittedProgram, WhatItCannotUseIsNamed) {
   EXPECT_THAT(run("fitted " + mesh_ + " --unit m --backend nobody").err, HasSubstr("nobody"));
   EXPECT_THAT(run("fitted " + mesh_).err, HasSubstr("unit"));

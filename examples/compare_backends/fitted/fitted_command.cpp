@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <optional>
+#include <utility>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
@@ -197,7 +198,8 @@ int run_fitted(int argc, const char* const* argv, const BackendRegistry& registr
     }
     progress.finish();
     print_now(fitted_text(meshes.back()));
-    files.emplace_back(fitted_plot_name(meshes.size() - 1), fitted_plot(meshes.back()));
+    std::string plot = fitted_plot(meshes.back());
+    if (!plot.empty()) files.emplace_back(fitted_plot_name(meshes.size() - 1), std::move(plot));
   }
   if (meshes.empty()) return 1;
   files.emplace_back("fitted.md", fitted_page(meshes, command_of(argc, argv), failed));

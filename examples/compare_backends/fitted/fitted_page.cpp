@@ -29,6 +29,11 @@ of the run over all poses whose frames took least of several; read their ratios.
 
 constexpr std::size_t kTextColumns = 1;
 
+bool has_times(const TotalErrors& errors) {
+  return std::any_of(errors.rows.begin(), errors.rows.end(),
+                     [](const TotalErrorRow& row) { return row.frame_ns > 0.0; });
+}
+
 bool has_figures(const TotalErrorRow& row) { return row.refused.empty() && row.unanswered == 0; }
 
 const std::vector<std::string> kHead = {"backend",     "hexahedra", "geometry [m]",  "seen [m]",
@@ -120,8 +125,10 @@ std::string fitted_page(const std::vector<FittedMesh>& meshes, const std::string
   for (const std::string& reason : failed) text += fmt::format("\nNot measured: {}\n", reason);
   for (std::size_t i = 0; i < meshes.size(); ++i) {
     const FittedMesh& mesh = meshes[i];
-    text += fmt::format("\n## {}\n\n{}.\n\n![Time a frame against total error]({})\n\n{}\n", mesh.name,
-                        mesh_line(mesh), fitted_plot_name(i), steps_table(mesh.errors));
+    text += fmt::format("\n## {}\n\n{}.\n\n", mesh.name, mesh_line(mesh));
+    if (!fitted_plot(mesh).empty())
+      text += fmt::format("![Time a frame against total error]({})\n\n", fitted_plot_name(i));
+    if (has_times(mesh.errors)) text += steps_table(mesh.errors) + "\n";
     text += markdown_head(kHead, kTextColumns);
     for (const TotalErrorRow& row : mesh.errors.rows) text += markdown_row(cells_of(row, mesh.poses));
     std::vector<std::string> refused;

@@ -130,7 +130,7 @@ std::optional<std::size_t> cheapest_within(const TotalErrors& errors, double all
   std::optional<std::size_t> best;
   for (std::size_t i = 0; i < errors.rows.size(); ++i) {
     const TotalErrorRow& row = errors.rows[i];
-    if (!row.refused.empty() || row.unanswered > 0 || !(row.total <= allowed)) continue;
+    if (!(row.frame_ns > 0.0) || !(row.total <= allowed)) continue;
     if (!best || row.frame_ns < errors.rows[*best].frame_ns) best = i;
   }
   return best;
