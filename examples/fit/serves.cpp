@@ -56,6 +56,7 @@ class Search {
       : fit_(fit), request_(request), progress_(progress), on_row_(on_row), start_(Clock::now()) {
     fit_.page = fit_.training = false;
     fit_.samples = 0;
+    fit_.levels.clear();
     if (request.seconds)
       fit_.on_progress = [this] {
         if (std::chrono::duration<double>(Clock::now() - start_).count() > *request_.seconds)
@@ -117,15 +118,33 @@ class Search {
     }
   }
 
+  struct Covered {
+    FitRun run;
+    double in_zones;  ///< its largest error in the mesh's zones; in all of it where none was asked for [m]
+  };
+
   // Where no cover keeps to both, one that is finer elsewhere may.
-  FitRun fitted(std::size_t m, double in_zones, double elsewhere, bool is_uniform) const {
+  Covered fitted(std::size_t m, double in_zones, double elsewhere, bool is_uniform) const {
     for (double over = std::min(elsewhere, kCoarsest * bounds_[m].diagonal());; over *= 0.25) {
+      const FitRequest request = asked(m, in_zones, over, is_uniform);
       try {
-        return run_fit(request_.meshes[m].file, asked(m, in_zones, over, is_uniform), progress_);
+        FitRun run = run_fit(request_.meshes[m].file, request, progress_);
+        const double error = error_in_zones(m, run.fit, request, is_uniform);
+        return {std::move(run), error};
       } catch (const InputError&) {
         if (over <= in_zones || is_uniform) throw;
       }
     }
+  }
+
+  // The regions are the user's, then the zones, then the bores that stay open.
+  double error_in_zones(std::size_t m, const Fit& fit, const FitRequest& asked, bool is_uniform) const {
+    // Without a zone of its own a mesh is nowhere met.
+    if (!is_uniform && !result_.zones.empty() && result_.zones[m].empty()) return 0.0;
+    const std::size_t begin = fit_.regions.size(), end = asked.regions.size();
+    if (begin == end) return fit.excess;
+    return *std::max_element(fit.region_excess.begin() + static_cast<std::ptrdiff_t>(begin),
+                             fit.region_excess.begin() + static_cast<std::ptrdiff_t>(end));
   }
 
   FitRequest asked(std::size_t m, double in_zones, double over, bool is_uniform) const {
@@ -153,14 +172,12 @@ class Search {
     for (std::size_t m = 0; m < bounds_.size(); ++m) {
       progress_.step(fmt::format("'{}', {:.4g} mm in the zones, {:.4g} mm elsewhere",
                                  request_.meshes[m].object, 1e3 * in_zones, 1e3 * elsewhere));
-      row.runs.push_back(fitted(m, in_zones, elsewhere, is_uniform));
+      Covered covered = fitted(m, in_zones, elsewhere, is_uniform);
+      row.in_zones = std::max(row.in_zones, covered.in_zones);
+      row.runs.push_back(std::move(covered.run));
       const FitRun& run = row.runs.back();
       row.hexahedra += run.fit.hexahedra.size();
       is_proven = is_proven && run.verdict.is_proven;
-      // Without a zone of its own a mesh is nowhere met.
-      if (is_uniform || result_.zones.empty() || (run.fit.region_excess.empty() && !result_.zones[m].empty()))
-        row.in_zones = std::max(row.in_zones, run.fit.excess);
-      for (const double excess : run.fit.region_excess) row.in_zones = std::max(row.in_zones, excess);
     }
     for (const FitRun& run : row.runs) covers.push_back(&run.fit);
     row.flight = fly_scene(request_, covers);

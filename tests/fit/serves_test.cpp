@@ -1,5 +1,6 @@
 #include "touchstone/examples/fit/serves.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -85,6 +86,31 @@ TEST_F(Serves, ACoverThatIsTooCoarseWhereItIsMetStopsTooSoon) {
   for (const Bounds& each : flight.swept[0]) swept.add(each.low), swept.add(each.high);
   EXPECT_LE(swept.low.x(), 2.3 + 1e-5);
   EXPECT_GE(swept.high.x(), 3.1);
+}
+
+// Too coarse a cover for a zone of its own still has bores that stay open: their error is not the zones'.
+TEST_F(Serves, BoresThatStayOpenAreNoZones) {
+  std::string obj;
+  const TriangleMesh mesh = weld(test::tube_mesh(0.5, 1.0, 1.0, 32));
+  for (const Vector3& v : mesh.vertices) obj += fmt::format("v {} {} {}\n", v.x(), v.y(), v.z());
+  for (const auto& t : mesh.triangles) obj += fmt::format("f {} {} {}\n", t[0] + 1, t[1] + 1, t[2] + 1);
+  const std::filesystem::path tube = write("angle.obj", obj);
+  ServesRequest asked = request(kComes);
+  asked.meshes = {{tube, fit_.input, "angle"}};
+  asked.tolerance = 0.06;  // 16 times as much is more than a quarter of the diagonal: no zone is asked for
+  FitRequest fit = fit_;
+  fit.keep_open = comparison::Length{0.05, false};
+  std::size_t without_zones = 0;
+  const auto look = [&](const ServesRow& row) {
+    EXPECT_GE(row.runs[0].fit.region_excess.size(), 1U);  // the bore's
+    if (row.asked_in_zones < 0.25 * row.runs[0].diagonal) return;
+    ++without_zones;
+    EXPECT_EQ(row.in_zones, row.runs[0].fit.excess);
+    EXPECT_EQ(row.serves, row.is_held && row.runs[0].fit.excess <= asked.tolerance);
+  };
+  const ServesResult result = find_coarsest(fit, asked, *progress_, look);
+  EXPECT_GE(without_zones, 2U);
+  ASSERT_TRUE(result.best);
 }
 
 // One angle is met at its end, the other is passed 0.3 m above its top: each has its own zones.
