@@ -233,6 +233,9 @@ int serve([[maybe_unused]] const Options& options, [[maybe_unused]] FitRequest f
   ServesRequest request;
   request.scene = load_scene(options.serves);
   request.meshes = served_meshes(options, meshes, fit.input, request.scene);
+  std::vector<std::filesystem::path> served;
+  for (const ServedMesh& mesh : request.meshes) served.push_back(mesh.file);
+  check_names(served);
   // Clearances count up to a margin about the moving objects.
   request.tolerance = length_of(options.tolerance, "--tolerance");
   request.margin = options.margin.empty() ? 10.0 * request.tolerance : length_of(options.margin, "--margin");
@@ -240,9 +243,8 @@ int serve([[maybe_unused]] const Options& options, [[maybe_unused]] FitRequest f
   request.seconds = 60.0 * options.minutes;
   // A folder that cannot be written to is refused before the search.
   std::vector<std::string> names;
-  for (const ServedMesh& mesh : request.meshes)
-    for (const std::string& extension : cover_extensions({}))
-      names.push_back(cover_name(mesh.file) + extension);
+  for (const std::filesystem::path& mesh : served)
+    for (const std::string& extension : cover_extensions({})) names.push_back(cover_name(mesh) + extension);
   comparison::check_report_folder(options.output, names);
   comparison::ProgressLine progress;
   const ServesResult result = find_coarsest(fit, request, progress, [&](const ServesRow& row) {

@@ -28,7 +28,11 @@ std::size_t index_of(const Scene& scene, const ServedMesh& mesh) {
 
 std::vector<std::size_t> indices_of(const ServesRequest& request) {
   std::vector<std::size_t> indices;
-  for (const ServedMesh& mesh : request.meshes) indices.push_back(index_of(request.scene, mesh));
+  for (const ServedMesh& mesh : request.meshes) {
+    indices.push_back(index_of(request.scene, mesh));
+    if (std::find(indices.begin(), indices.end() - 1, indices.back()) != indices.end() - 1)
+      reject("--serves", "object '" + mesh.object + "' has two meshes");
+  }
   return indices;
 }
 

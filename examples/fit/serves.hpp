@@ -34,7 +34,7 @@ struct ServesRequest {
   std::optional<double> seconds = {};  ///< the search ends after about this, with what it has by then
 };
 
-/// @throws InputError: the scene has no such object, or it moves; nothing else moves.
+/// @throws InputError: the scene has no such object, or it moves, or it has two meshes; nothing else moves.
 void validate(const ServesRequest& request);
 
 /// A flight of the scene with one cover a mesh.
@@ -78,7 +78,7 @@ struct ServesResult {
 /// Fits with ever smaller errors in the zones, down to the tolerance, and then with several errors elsewhere.
 /// Zones come from the flight with the covers before, with that cover's error added.
 /// @param on_row called with each row as soon as there is one; may be empty.
-/// @throws InputError: the scene has no such object, or it moves; nothing else moves; as run_fit().
+/// @throws InputError as validate() and run_fit().
 ServesResult find_coarsest(const FitRequest& fit, const ServesRequest& request,
                            comparison::ProgressLine& progress,
                            const std::function<void(const ServesRow&)>& on_row = {});

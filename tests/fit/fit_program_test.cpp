@@ -137,6 +137,26 @@ TEST_F(FitProgramRun, OptionsThatWouldBeIgnoredAreRefused) {
   }
 }
 
+#ifdef TOUCHSTONE_HAS_SCENE_FILES
+// Both would become one scene: said before the search, which may take long.
+TEST_F(FitProgramRun, ASceneIsServedByOneMeshAnObject) {
+  const std::string scene =
+      write("s.yaml",
+            "name: s\nframe_rate: 50\ncontact_gap: 1.0e-6\npolicy: advance\nduration: 1\nobjects:\n"
+            "  - name: part\n    static: true\n    hexahedra: [{name: a, box: {size: [1, 1, 1]}}]\n"
+            "  - name: cube\n    pose: {position: [3, 0, 0]}\n"
+            "    hexahedra: [{name: c, box: {size: [1, 1, 1]}}]\n"
+            "    motion: {segments: [{velocity: [-0.5, 0, 0]}]}\n")
+          .string();
+  write("part.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  const Outcome outcome = run(folder_.string() + " --unit m --serves " + scene +
+                              " --tolerance 10mm --output " + (folder_ / "fit").string());
+  EXPECT_NE(outcome.code, 0);
+  EXPECT_THAT(outcome.err, HasSubstr("would both become part.yaml"));
+  EXPECT_EQ(outcome.out, "");  // nothing was fitted
+}
+#endif
+
 TEST(FitProgram, NamesThatAreNoUtf8AreReplaced) {
   EXPECT_EQ(cover_name("d/part.one.stl"), "part.one");
   const std::string name = cover_name("p\xff.stl");

@@ -180,6 +180,9 @@ TEST(Zones, FollowTheWayAndLeaveOutWhatIsBesideThePart) {
 TEST_F(Serves, WhatHasNoAnswerIsRefused) {
   EXPECT_THAT(error_of(request("")), HasSubstr("nothing moves in scene 's'"));
   EXPECT_THAT(error_of(request(kComes, "lab")), HasSubstr("has no object 'angle'"));
+  ServesRequest twice = request(kComes);
+  twice.meshes.push_back(twice.meshes[0]);
+  EXPECT_THAT(error_of(twice), HasSubstr("object 'angle' has two meshes"));
 }
 
 TEST_F(Serves, TheTrainingSceneOfAMeshIsFlownToItsSurface) {
