@@ -100,7 +100,9 @@ Scene with_covers(const ServesRequest& request, std::span<const Fit* const> cove
                   const std::vector<std::size_t>& targets, const std::vector<std::size_t>& movers) {
   Scene scene = request.scene;
   for (std::size_t m = 0; m < targets.size(); ++m) {
-    scene.objects[targets[m]].tree = make_tree(*covers[m], request.meshes[m].object);
+    SceneObject& object = scene.objects[targets[m]];
+    object.tree = make_tree(*covers[m], request.meshes[m].object);
+    object.levels.clear();  // they hold the scene's hexahedra, not the cover's
     // Near events carry clearances up to the margin, for what the object meets.
     for (const std::size_t mover : movers)
       scene.rules.push_back(

@@ -9,6 +9,7 @@
 #include <fstream>
 
 #include "touchstone/adapters/scene_files/scene_file.hpp"
+#include "touchstone/examples/fit/cover_scene.hpp"
 #include "touchstone/examples/fit/training_scene.hpp"
 #include "touchstone/tests/fit/meshes.hpp"
 #include "touchstone/tests/support/program_test.hpp"
@@ -86,6 +87,25 @@ TEST_F(Serves, ACoverThatIsTooCoarseWhereItIsMetStopsTooSoon) {
   for (const Bounds& each : flight.swept[0]) swept.add(each.low), swept.add(each.high);
   EXPECT_LE(swept.low.x(), 2.3 + 1e-5);
   EXPECT_GE(swept.high.x(), 3.1);
+}
+
+// As touchstone_fit --levels writes them: they hold the scene's hexahedra, not another cover's.
+TEST_F(Serves, TheLevelsOfTheScenesObjectGoWithItsHexahedra) {
+  FitRequest fit = fit_;
+  fit.over = {0.06, true};
+  fit.levels = {{0.2, true}};
+  const FitRun run = run_fit(mesh_, fit, *progress_);
+  const std::filesystem::path file =
+      write("angle.yaml", scene_text(run.fit, "angle", "levels", 3.0, run.levels) +
+                              "  - name: cube\n    pose: {position: [3, 0.25, 0.5]}\n"
+                              "    hexahedra: [{name: c, box: {size: [0.2, 0.2, 0.2]}}]\n" +
+                              kComes);
+  const ServesRequest asked{load_scene(file), {{mesh_, fit_.input, "angle"}}, 0.04, 0.05};
+  ASSERT_EQ(asked.scene.objects[0].levels.size(), 1U);
+  Fit coarse;
+  coarse.hexahedra.push_back({test::box_vertices({-9, -9, -9}, {2.3, 9, 9}), 15.0, {0, 0, 0}});
+  const std::array<const Fit*, 1> covers = {&coarse};
+  EXPECT_NEAR(*fly_scene(asked, covers).first_contact, (3.0 - 0.1 - 2.3) / 0.5, 1e-5);
 }
 
 // Too coarse a cover for a zone of its own still has bores that stay open: their error is not the zones'.
