@@ -97,18 +97,28 @@ class Sweep {
 };
 
 Scene with_covers(const ServesRequest& request, std::span<const Fit* const> covers,
-                  const std::vector<std::size_t>& targets, const std::vector<std::size_t>& movers) {
+                  const std::vector<std::size_t>& targets) {
   Scene scene = request.scene;
   for (std::size_t m = 0; m < targets.size(); ++m) {
     SceneObject& object = scene.objects[targets[m]];
     object.tree = make_tree(*covers[m], request.meshes[m].object);
     object.levels.clear();  // they hold the scene's hexahedra, not the cover's
-    // Near events carry clearances up to the margin, for what the object meets.
-    for (const std::size_t mover : movers)
-      scene.rules.push_back(
-          {request.meshes[m].object, scene.objects[mover].tree.name(), {}, request.margin, {}, {}});
   }
   return scene;
+}
+
+/// Near events then carry clearances up to the margin; all else of the pairs' rules stays.
+void warn_within(double margin, const std::vector<std::size_t>& targets,
+                 const std::vector<std::size_t>& movers, SceneWorld& flown) {
+  ContactWorld& world = flown.world();
+  for (const std::size_t target : targets) {
+    for (const std::size_t mover : movers) {
+      const ObjectHandle a = flown.object(target), b = flown.object(mover);
+      const EffectiveRule rule = world.rule_of(a, b);
+      world.set_pair_rule(
+          a, b, {rule.policy, std::max(rule.warn_distance, margin), rule.translation_only, rule.passive});
+    }
+  }
 }
 
 }  // namespace
@@ -120,8 +130,10 @@ void validate(const ServesRequest& request) {
 
 ServedFlight fly_scene(const ServesRequest& request, std::span<const Fit* const> covers) {
   const std::vector<std::size_t> targets = indices_of(request), movers = movers_of(request.scene);
-  const Scene scene = with_covers(request, covers, targets, movers);
-  SceneWorld world(scene, make_native(), make_native_broadphase());
+  const Scene scene = with_covers(request, covers, targets);
+  SceneWorld flown(scene, make_native(), make_native_broadphase());
+  warn_within(request.margin, targets, movers, flown);
+  const ContactWorld& world = flown.world();
   ServedFlight flight;
   flight.least_clearance = kInfinity;
   // What moves is seen from each mesh.
@@ -131,14 +143,14 @@ ServedFlight fly_scene(const ServesRequest& request, std::span<const Fit* const>
       sweeps[m].emplace_back(scene.objects[mover].tree, scene.objects[targets[m]].X_WO);
   const auto look = [&] {
     for (std::size_t i = 0; i < movers.size(); ++i) {
-      const Pose X_WO = world.world().actual_pose(world.object(movers[i]));
+      const Pose X_WO = world.actual_pose(flown.object(movers[i]));
       flight.places.push_back(X_WO.p);
       for (std::vector<Sweep>& each : sweeps) each[i].add(X_WO);
     }
   };
   const auto is_about_mesh = [&](const ContactEvent& event) {
     return std::any_of(targets.begin(), targets.end(), [&](std::size_t target) {
-      return event.a == world.object(target) || event.b == world.object(target);
+      return event.a == flown.object(target) || event.b == flown.object(target);
     });
   };
   // The scene is flown frame by frame.
@@ -146,12 +158,12 @@ ServedFlight fly_scene(const ServesRequest& request, std::span<const Fit* const>
   look();
   for (std::uint64_t k = 0; k + 1 < scene.frame_count(); ++k) {
     const Clock::time_point start = Clock::now();
-    const FrameReport report = world.step();
+    const FrameReport report = flown.step();
     times.push_back(std::chrono::duration<double, std::micro>(Clock::now() - start).count());
     for (const ContactEvent& event : report.events) {
       if (!is_about_mesh(event)) continue;
       if (event.kind == EventKind::began && !flight.first_contact)
-        flight.first_contact = world.time_of(event.s);
+        flight.first_contact = flown.time_of(event.s);
       flight.least_clearance = std::min(flight.least_clearance, event.geometry.separation);
     }
     look();

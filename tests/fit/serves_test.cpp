@@ -89,6 +89,20 @@ TEST_F(Serves, ACoverThatIsTooCoarseWhereItIsMetStopsTooSoon) {
   EXPECT_GE(swept.high.x(), 3.1);
 }
 
+TEST_F(Serves, TheScenesOwnRuleOfThePairStays) {
+  Fit coarse;
+  coarse.hexahedra.push_back({test::box_vertices({-0.1, -0.1, -0.1}, {2.3, 2.1, 1.1}), 1.5, {2, 2, 0.5}});
+  const std::array<const Fit*, 1> covers = {&coarse};
+  ServesRequest asked = request(kComes);
+  asked.scene.rules.push_back({"cube", "angle", ContactPolicy::cue});
+  const ServedFlight flight = fly_scene(asked, covers);
+  EXPECT_NEAR(flight.places.back().x(), 1.5, 1e-9);  // it goes on, through the cover
+  // A scene that warns farther than the margin still does.
+  asked = request("    motion: {segments: [{velocity: [-0.1, 0, 0]}]}\n");
+  asked.scene.rules.push_back({"angle", "cube", {}, 1.0});
+  EXPECT_NEAR(fly_scene(asked, covers).least_clearance, 3.0 - 0.3 - 0.1 - 2.3, 1e-9);
+}
+
 // As touchstone_fit --levels writes them: they hold the scene's hexahedra, not another cover's.
 TEST_F(Serves, TheLevelsOfTheScenesObjectGoWithItsHexahedra) {
   FitRequest fit = fit_;
