@@ -57,8 +57,8 @@ double step_length(const Pose& from, const Pose& to, double radius) {
   return norm(to.p - from.p) + radius * std::acos(cosine);
 }
 
-/// A mover's boxes in a mesh's frame: of its vertices at a frame's two ends, as far as the arc between them
-/// can bulge.
+/// A mover's boxes in a mesh's frame, one a frame: of its vertices at the ends of each part of the frame, as
+/// far as the arc between them can bulge; in a part it turns by less than a right angle.
 class Sweep {
  public:
   Sweep(const HexahedronTree& tree, const Pose& X_WT) : X_TW_(inverse(X_WT)) {
@@ -71,6 +71,7 @@ class Sweep {
     }
   }
 
+  /// The first pose of all, or the next end of a part.
   void add(const Pose& X_WO) {
     Bounds now;
     for (const Vector3& p_O : points_O_) now.add(transform(X_TW_, transform(X_WO, p_O)));
@@ -78,11 +79,15 @@ class Sweep {
       const double more = around_ + 0.5 * step_length(last_pose_, X_WO, reach_);
       Bounds both = now;
       both.add(last_.low), both.add(last_.high);
-      boxes_.push_back({both.low - Vector3::Constant(more), both.high + Vector3::Constant(more)});
+      frame_.add(both.low - Vector3::Constant(more)), frame_.add(both.high + Vector3::Constant(more));
     }
     last_ = now;
     last_pose_ = X_WO;
     has_last_ = true;
+  }
+  void end_frame() {
+    boxes_.push_back(frame_);
+    frame_ = {};
   }
 
   const std::vector<Bounds>& boxes() const { return boxes_; }
@@ -92,7 +97,7 @@ class Sweep {
   std::vector<Vector3> points_O_;
   double reach_ = 0.0, around_ = 0.0;
   bool has_last_ = false;
-  Bounds last_;
+  Bounds last_, frame_;
   std::vector<Bounds> boxes_;
 };
 
@@ -121,6 +126,24 @@ void warn_within(double margin, const std::vector<std::size_t>& targets,
   }
 }
 
+/// Adds the frame that was flown last to the movers' sweeps.
+void follow(SceneWorld& flown, const std::vector<std::size_t>& movers,
+            std::vector<std::vector<Sweep>>& sweeps) {
+  const ContactWorld& world = flown.world();
+  for (std::size_t i = 0; i < movers.size(); ++i) {
+    const ObjectHandle object = flown.object(movers[i]);
+    for (std::vector<Sweep>& each : sweeps) {
+      // Slides may go around a corner: each sub-step is a part.
+      for (std::size_t part = 0; part < world.executed_parts(); ++part) {
+        each[i].add(world.executed_pose(object, part, 0.0));
+        each[i].add(world.executed_pose(object, part, 1.0));
+      }
+      each[i].add(world.actual_pose(object));
+      each[i].end_frame();
+    }
+  }
+}
+
 }  // namespace
 
 void validate(const ServesRequest& request) {
@@ -142,11 +165,7 @@ ServedFlight fly_scene(const ServesRequest& request, std::span<const Fit* const>
     for (const std::size_t mover : movers)
       sweeps[m].emplace_back(scene.objects[mover].tree, scene.objects[targets[m]].X_WO);
   const auto look = [&] {
-    for (std::size_t i = 0; i < movers.size(); ++i) {
-      const Pose X_WO = world.actual_pose(flown.object(movers[i]));
-      flight.places.push_back(X_WO.p);
-      for (std::vector<Sweep>& each : sweeps) each[i].add(X_WO);
-    }
+    for (const std::size_t mover : movers) flight.places.push_back(world.actual_pose(flown.object(mover)).p);
   };
   const auto is_about_mesh = [&](const ContactEvent& event) {
     return std::any_of(targets.begin(), targets.end(), [&](std::size_t target) {
@@ -156,6 +175,8 @@ ServedFlight fly_scene(const ServesRequest& request, std::span<const Fit* const>
   // The scene is flown frame by frame.
   std::vector<double> times;
   look();
+  for (std::vector<Sweep>& each : sweeps)
+    for (std::size_t i = 0; i < movers.size(); ++i) each[i].add(world.actual_pose(flown.object(movers[i])));
   for (std::uint64_t k = 0; k + 1 < scene.frame_count(); ++k) {
     const Clock::time_point start = Clock::now();
     const FrameReport report = flown.step();
@@ -167,6 +188,7 @@ ServedFlight fly_scene(const ServesRequest& request, std::span<const Fit* const>
       flight.least_clearance = std::min(flight.least_clearance, event.geometry.separation);
     }
     look();
+    follow(flown, movers, sweeps);
   }
   for (std::vector<Sweep>& each : sweeps) {
     std::vector<Bounds>& all = flight.swept.emplace_back();

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <fstream>
 
 #include "touchstone/adapters/scene_files/scene_file.hpp"
@@ -87,6 +88,30 @@ TEST_F(Serves, ACoverThatIsTooCoarseWhereItIsMetStopsTooSoon) {
   for (const Bounds& each : flight.swept[0]) swept.add(each.low), swept.add(each.high);
   EXPECT_LE(swept.low.x(), 2.3 + 1e-5);
   EXPECT_GE(swept.high.x(), 3.1);
+}
+
+// What moves goes up a steep plate, over it and down behind it, all in one frame: the swept boxes hold the
+// way, not only its ends.
+TEST_F(Serves, AFrameThatGoesAroundACornerIsSweptAlongIt) {
+  ServesRequest asked = request("    motion: {segments: [{velocity: [10, 0, 0]}]}\n");
+  asked.scene.frame_rate = 1.0;
+  asked.scene.duration = 1.0;
+  asked.scene.policy = ContactPolicy::slide;
+  asked.scene.objects[1].X_WO.p = {-0.4, 0, 0.5};
+  // A plate of 4.5 m at 60 degrees, and a wall beyond its upper end.
+  Fit cover;
+  const Vector3 along(0.5, std::sqrt(0.75), 0), across(std::sqrt(0.75), -0.5, 0);
+  std::array<Vector3, 8> plate = test::box_vertices({0, -1, 0}, {0.05, 3.5, 1});
+  for (Vector3& p : plate) p = p.x() * across + p.y() * along + Vector3(0, 0, p.z());
+  cover.hexahedra.push_back({plate, 1.0, {0, 0, 0}});
+  cover.hexahedra.push_back({test::box_vertices({3, -2, 0}, {3.1, 6, 1}), 1.0, {0, 0, 0}});
+  const std::array<const Fit*, 1> covers = {&cover};
+  const ServedFlight flight = fly_scene(asked, covers);
+  ASSERT_EQ(flight.places.size(), 2U);
+  EXPECT_NEAR(flight.places.back().x(), 2.9, 0.01);  // at the wall
+  EXPECT_LT(flight.places.back().y(), 0.5);          // and down again
+  ASSERT_EQ(flight.swept[0].size(), 1U);
+  EXPECT_GT(flight.swept[0][0].high.y(), 3.5 * along.y());  // over the plate's end
 }
 
 TEST_F(Serves, TheScenesOwnRuleOfThePairStays) {
