@@ -86,6 +86,15 @@ void add_levels(const MeshDistance& solid, const FitRequest& request, comparison
   }
 }
 
+/// A level is coarser than the cover. With a count the cover's error is not known before.
+void check_levels(const FitRequest& request, double diagonal) {
+  if (request.levels.empty() || request.count) return;
+  const double first = request.levels.front().metres(diagonal), over = request.over.metres(diagonal);
+  if (!(first > over))
+    reject("--levels",
+           fmt::format("the first is {:.6g} m, which is not more than --over, {:.6g} m", first, over));
+}
+
 std::string level_certificate_extension(std::size_t level) {
   return fmt::format(".level{}.certificate.json", level + 1);
 }
@@ -142,6 +151,7 @@ FitRun run_fit(const std::filesystem::path& mesh, const FitRequest& request,
   FitOptions options = options_for(request, read.metres_per_unit, run.diagonal, progress);
   if (request.keep_open) keep_bores_open(solid, request.keep_open->metres(run.diagonal), options);
   run.over = options.over;
+  check_levels(request, run.diagonal);
   // Processor time counts, since other programs may run beside.
   const double start = processor_seconds();
   run.fit =

@@ -127,6 +127,8 @@ TEST_F(FitProgramRun, OptionsThatWouldBeIgnoredAreRefused) {
       {"--unit mm --over 2mm --keep-open 3mm", "--keep-open: is '3mm', more than --over"},
       {"--unit mm --unit in --over 2mm", "--unit: 'in' comes after another"},
       {"--unit part=mm --unit part=in --over 2mm", "--unit: 'part=in' comes after another"},
+      {"--unit mm --over 2mm --levels 2mm,20mm", "--levels: the first is 0.002 m, which is not more than"},
+      {"--unit mm --over 20% --levels 0.1mm", "--levels: the first is 0.0001 m"},
       {"--check part.certificate --over 2mm", "--over excludes --check"},
   };
   for (const auto& [arguments, error] : slips) {
