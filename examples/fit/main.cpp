@@ -66,6 +66,17 @@ void add_serves(CLI::App& app, Options& options) {
       ->needs(serves);
 }
 
+/// What would be ignored is refused.
+void exclude_ignored(CLI::App& app) {
+  // A check fits nothing, so options of the fit exclude it.
+  for (const char* fits : {"--over", "--count", "--region", "--keep-open", "--samples", "--repairs",
+                           "--tries", "--serves", "--levels"})
+    app.get_option("--check")->excludes(app.get_option(fits));
+  // A search for covers that serve sets the errors itself, and writes scenes and certificates alone.
+  for (const char* ignored : {"--over", "--levels", "--samples", "--page", "--training"})
+    app.get_option("--serves")->excludes(app.get_option(ignored));
+}
+
 bool parse(int argc, char** argv, Options& options) {
   CLI::App app{
       "Covers a mesh by few hexahedra: their union holds every triangle, and the inside of closed shells, "
@@ -107,12 +118,8 @@ bool parse(int argc, char** argv, Options& options) {
   app.add_flag(
       "--page", options.page,
       "Writes a page to look at, with the excess as colours and hexahedra against error, and a glTF model");
-  // A check fits nothing, so options of the fit exclude it.
-  auto* const check = app.add_option("--check", options.check,
-                                     "Checks this certificate against the mesh, and writes nothing");
-  for (const char* fits : {"--over", "--count", "--region", "--keep-open", "--samples", "--repairs",
-                           "--tries", "--serves", "--levels"})
-    check->excludes(app.get_option(fits));
+  app.add_option("--check", options.check, "Checks this certificate against the mesh, and writes nothing");
+  exclude_ignored(app);
   app.add_option("--out,--output", options.output, "Folder of scenes, certificates and the table")
       ->capture_default_str();
   return comparison::parse_command_line(app, argc, argv);
@@ -175,7 +182,7 @@ FitRequest request_of(const Options& options) {
   if (options.count > 0) request.count = options.count;
   for (const std::string& region : options.regions) request.regions.push_back(parse_region(region));
   if (!options.keep_open.empty()) request.keep_open = parse_length(options.keep_open, "--keep-open");
-  if (request.keep_open && request.keep_open->is_share == request.over.is_share &&
+  if (request.keep_open && options.serves.empty() && request.keep_open->is_share == request.over.is_share &&
       request.keep_open->value > request.over.value)
     reject("--keep-open", "is '" + options.keep_open + "', more than --over, which bores keep anyway");
   for (const std::string& level : options.levels) request.levels.push_back(parse_length(level, "--levels"));

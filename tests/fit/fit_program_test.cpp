@@ -129,6 +129,11 @@ TEST_F(FitProgramRun, OptionsThatWouldBeIgnoredAreRefused) {
       {"--unit part=mm --unit part=in --over 2mm", "--unit: 'part=in' comes after another"},
       {"--unit mm --over 2mm --levels 2mm,20mm", "--levels: the first is 0.002 m, which is not more than"},
       {"--unit mm --over 20% --levels 0.1mm", "--levels: the first is 0.0001 m"},
+      {"--unit mm --serves s.yaml --tolerance 1mm --over 2mm", "--over excludes --serves"},
+      {"--unit mm --serves s.yaml --tolerance 1mm --levels 2mm", "--levels excludes --serves"},
+      {"--unit mm --serves s.yaml --tolerance 1mm --samples 9", "--samples excludes --serves"},
+      {"--unit mm --serves s.yaml --tolerance 1mm --training", "--training excludes --serves"},
+      {"--unit mm --serves s.yaml --tolerance 1mm --page", "--serves excludes --page"},
       {"--check part.certificate --over 2mm", "--over excludes --check"},
   };
   for (const auto& [arguments, error] : slips) {
