@@ -1,6 +1,9 @@
 #include <filesystem>
 #include <fstream>
 
+#ifdef TOUCHSTONE_HAS_SCENE_FILES
+#include "touchstone/adapters/scene_files/scene_file.hpp"
+#endif
 #include "touchstone/examples/fit/cover_scene.hpp"
 #include "touchstone/examples/fit/fit_run.hpp"
 #include "touchstone/examples/fit/samples.hpp"
@@ -28,6 +31,15 @@ TEST(FitProgram, ReadsLengthsUnitsAndRegions) {
   EXPECT_EQ(region.high, Vector3(1, 5, 3.5));
   for (const char* bad : {"port", "port=1mm", "port=1mm:1,2,3", "=1mm:1,2,3:1,2,3", "port=1mm:1,2:1,2,3"})
     EXPECT_THAT(refusal_of([&] { parse_region(bad); }), HasSubstr("--region: '")) << bad;
+}
+
+std::vector<std::array<Vector3, 8>> vertices_of(const HexahedronTree& tree) {
+  std::vector<std::array<Vector3, 8>> all;
+  for (const PlacedHexahedron& each : tree.solids()) {
+    all.push_back(each.solid.vertices());
+    for (Vector3& v : all.back()) v = transform(each.X_OS, v);
+  }
+  return all;
 }
 
 class FittedFile : public testing::Test {
@@ -217,11 +229,23 @@ TEST_F(FittedFile, LevelsAreProvenAndWritten) {
   EXPECT_EQ(done.levels[1].tree->solids().size(), 1U);
   EXPECT_LE(done.levels[1].excess, done.diagonal);
   std::vector<std::string> names;
-  for (const comparison::ReportFile& file : cover_files(done)) names.push_back(file.first);
+  for (const auto& [name, text] : cover_files(done)) {
+    names.push_back(name);
+    std::ofstream(folder_ / name) << text;
+  }
   for (const std::string& extension : cover_extensions(request))
     EXPECT_THAT(names, testing::Contains("fitted_angle" + extension));
   for (const Certificate& certificate : done.level_certificates)
     EXPECT_TRUE(check_certificate(certificate, path_).is_proven);
+#ifdef TOUCHSTONE_HAS_SCENE_FILES
+  // Read back, scene and levels have the same bits.
+  const Scene scene = load_scene(folder_ / "fitted_angle.yaml");
+  ASSERT_EQ(scene.objects.size(), 1U);
+  ASSERT_EQ(scene.objects[0].levels.size(), 2U);
+  for (std::size_t level = 0; level < 2; ++level)
+    EXPECT_EQ(vertices_of(*scene.objects[0].levels[level]), vertices_of(*done.levels[level].tree));
+  EXPECT_EQ(vertices_of(scene.objects[0].tree), vertices_of(make_tree(done.fit, "fitted_angle")));
+#endif
   // A level with a tight vertex moved inward is none.
   Certificate moved = done.level_certificates[1];
   Vector3 centre = Vector3::Zero();
