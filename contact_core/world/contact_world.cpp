@@ -206,8 +206,10 @@ FrameReport ContactWorld::frame(std::span<const MotionCommand> commands,
 
   // Slides go on in further parts; then events are reported.
   s.slides.run(scope, s.pairs, report);
+  place_closed(model, scope.contacts);
   s.finder.add_left_out(finding, scope.contacts, s.pairs);
   s.contact_log.report(model, s.lanes, s.pairs, s.moments, s.parts.count() - 1, s.events);
+  s.watched.end_frame(model);
   // The report is completed.
   s.is_fresh = false;
   report.queries = s.lanes.calls() - calls;

@@ -77,6 +77,17 @@ void execute(WorldModel& model, WatchedPairs& watched, const Movers& movers, Fra
   note_rides(model, movers);
 }
 
+void place_closed(WorldModel& model, std::span<const ContactState> contacts) {
+  const Layout& layout = model.layout;
+  for (const ContactState& contact : contacts)
+    for (const SolidIndex solid : {contact.solids.a, contact.solids.b}) {
+      const std::uint32_t slot = layout.slot_of[solid];
+      if (layout.levels[slot] == nullptr || model.open.is_open(solid)) continue;
+      model.from[solid] = compose(model.objects[slot].X_WO, layout.X_OS[solid]);
+      model.travels.has_vertices[solid] = 0;
+    }
+}
+
 void record_part(const WorldModel& model, const Movers& movers, std::uint32_t part, ExecutedParts& parts) {
   for (const std::uint32_t slot : movers.roots) {
     if (!model.in_motion[slot]) continue;

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "touchstone/contact_core/world/frame/executed_parts.hpp"
 #include "touchstone/contact_core/world/frame/movers.hpp"
@@ -12,6 +13,10 @@ namespace touchstone {
 
 /// Objects stand where their movers were stopped on the paths that are laid; travels count no further.
 void execute(WorldModel& model, WatchedPairs& watched, const Movers& movers, FrameLanes& lanes);
+
+/// Solids of these that are closed stand where their objects do: execute() places open ones only, and where
+/// all was set up anew contacts may end without being watched again.
+void place_closed(WorldModel& model, std::span<const ContactState> contacts);
 
 /// Records these paths and stops as a part of the frame.
 void record_part(const WorldModel& model, const Movers& movers, std::uint32_t part, ExecutedParts& parts);

@@ -53,9 +53,11 @@ void WatchedPairs::take_room(const WorldModel& model, bool anew) {
     resize_more(list, count);
   };
   const std::size_t proxies = model.layout.slot_of_proxy.size();
-  size(is_noted_due_, slots), size(is_looked_at_, slots), size(reaches_, slots), size(regions_, proxies);
+  size(is_noted_due_, slots), size(is_noted_idle_, slots), size(is_looked_at_, slots), size(reaches_, slots),
+      size(regions_, proxies);
   resize_more(stands_, proxies), resize_more(objects_stand_, slots);
-  reserve_more(due_, slots), reserve_more(moved_, slots), reserve_more(movable_, slots);
+  reserve_more(due_, slots), reserve_more(idle_, slots), reserve_more(moved_, slots),
+      reserve_more(movable_, slots);
   reserve_more(looked_at_, slots);
   if (pairs_.capacity() < 256 + 64 * solids) {
     const std::size_t room = 2 * (256 + 64 * solids);  // as reserve_more() has it
@@ -367,7 +369,7 @@ bool WatchedPairs::update_object_partners(WorldModel& model, Broadphase& broadph
     for (; next != found_.end() && next->a == solid; ++next) partners_.push_back(next->b);
     update_partners(model, solid);
   });
-  close_idle(model, slot);
+  note_idle(slot);
   return true;
 }
 
@@ -387,6 +389,21 @@ void WatchedPairs::open(WorldModel& model, SolidIndex solid) {
   travels.last_solid[solid] = 0.0;
   if (model.in_motion[model.objects[slot].root] && std::binary_search(moved_.begin(), moved_.end(), slot))
     lay_travel(model, solid, model.state_at(slot, 0.0));
+}
+
+/// Some of the slot's solids may be watched with nothing any more.
+void WatchedPairs::note_idle(std::uint32_t slot) {
+  if (is_noted_idle_[slot] != 0) return;
+  is_noted_idle_[slot] = 1;
+  idle_.push_back(slot);
+}
+
+void WatchedPairs::end_frame(WorldModel& model) {
+  for (const std::uint32_t slot : idle_) {
+    is_noted_idle_[slot] = 0;
+    close_idle(model, slot);
+  }
+  idle_.clear();
 }
 
 /// Those of an object with levels that are watched with nothing.
@@ -455,7 +472,7 @@ void WatchedPairs::update_all(WorldModel& model, Broadphase& broadphase) {
     }
   }
   for (std::uint32_t slot = 0; slot < layout.slots(); ++slot)
-    if (layout.levels[slot] != nullptr) close_idle(model, slot);
+    if (layout.levels[slot] != nullptr) note_idle(slot);
 }
 
 /// A pair that was watched before keeps what is known of it.

@@ -55,6 +55,10 @@ class WatchedPairs {
   /// Asks the broadphase for the pairs of those that are due, or of all.
   void update(WorldModel& model, Broadphase& broadphase);
 
+  /// Solids of objects with levels that are watched with nothing any more are closed from now on. Up to here
+  /// frames place them: events are told of pairs that are watched no longer.
+  void end_frame(WorldModel& model);
+
   /// Those that may not be clear on the paths that are laid.
   /// @param close not known to be clear at the start, and switched on; by solids. @param deferred clear
   /// there: once it is known how far paths matter, most of them are clear, and keep_checked() is for the
@@ -88,6 +92,7 @@ class WatchedPairs {
   bool update_object_partners(WorldModel& model, Broadphase& broadphase, std::uint32_t slot);
   void update_partners(WorldModel& model, SolidIndex solid);
   void open(WorldModel& model, SolidIndex solid);
+  void note_idle(std::uint32_t slot);
   void close_idle(WorldModel& model, std::uint32_t slot);
   void update_all(WorldModel& model, Broadphase& broadphase);
   void watch_again(WorldModel& model, const SolidPair& pair);
@@ -95,10 +100,12 @@ class WatchedPairs {
 
   PairWatch pairs_, pairs_before_;
   bool needs_watch_ = true, needs_imminent_ = true;
-  bool is_overflown_ = false;               // Travels knows nothing any more
-  std::vector<std::uint32_t> moved_;        // slots
-  std::vector<std::uint32_t> due_;          // slots of objects whose pairs are to be found anew
-  std::vector<std::uint8_t> is_noted_due_;  // by slot
+  bool is_overflown_ = false;                // Travels knows nothing any more
+  std::vector<std::uint32_t> moved_;         // slots
+  std::vector<std::uint32_t> due_;           // slots of objects whose pairs are to be found anew
+  std::vector<std::uint8_t> is_noted_due_;   // by slot
+  std::vector<std::uint32_t> idle_;          // slots with levels whose pairs were found anew in this frame
+  std::vector<std::uint8_t> is_noted_idle_;  // by slot
   std::vector<double>
       reaches_;  // by slot: so much further than the default rule's warn distance it looks [m]
   std::vector<std::pair<ObjectHandle, double>> early_reaches_;  // of objects that are not laid out yet

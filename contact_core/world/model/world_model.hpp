@@ -43,7 +43,7 @@ struct WorldModel {
   std::vector<CarriedPath> paths;            // by slot; a root's
   std::vector<double> stops;                 // by slot; a root's
   std::vector<std::uint8_t> in_motion;       // by slot; a root's
-  std::vector<Pose> from;                    // by solid
+  std::vector<Pose> from;                    // by solid; where one is closed (see open) as it stood then
   std::vector<Pose> X_BS;                    // by solid, in its body; of mechanisms' solids
   std::vector<std::uint32_t> root_of_solid;  // objects' own, which lie further apart in memory
   std::vector<std::pair<std::uint32_t, std::uint32_t>> members;  // (root, object by slot), sorted

@@ -165,6 +165,97 @@ std::vector<std::uint64_t> bits_of(const FrameReport& report) {
 enum class Kind : std::uint8_t { one_by_one, levels, spheres };
 constexpr std::size_t kCrowds = 4;
 
+ObjectDescription described(Kind kind, const std::shared_ptr<const HexahedronTree>& tree, const Pose& X,
+                            bool is_static = false) {
+  return {tree,
+          X,
+          is_static,
+          {},
+          kind == Kind::levels ? levels_about(*tree, 6) : Levels{},
+          kind != Kind::one_by_one};
+}
+
+// ---- contacts that end because their two are checked no longer, while they move
+
+/// 20 cubes of 0.1 m along x.
+std::shared_ptr<const HexahedronTree> straight_bar(const std::string& name) {
+  std::vector<PlacedHexahedron> solids;
+  for (int i = 0; i < 20; ++i)
+    solids.push_back(
+        {"cube " + std::to_string(i), Hexahedron::from_size({0.1, 0.1, 0.1}), at(0.1 * i, 0, 0)});
+  return std::make_shared<HexahedronTree>(solids, name);
+}
+
+enum class End : std::uint8_t { latch, latch_and_build_anew, exempt };
+
+/// A bar goes against a box; then the pair's check ends, and the bar goes away: beyond its reserve, where the
+/// box does not go along.
+std::vector<ContactEvent> events_of_end(Kind kind, End end, std::vector<std::uint64_t>& bits) {
+  const auto world = make_world();
+  world->set_default_rule(rule(ContactPolicy::advance));
+  const ObjectHandle bar = world->add(described(kind, straight_bar("bar"), at(0, 0, 0)));
+  const ObjectHandle box = world->add({box_tree("box", {0.5, 0.5, 0.5}), at(2.3, 0, 0)});
+  const std::array against{world->move_by(bar, {1, 0, 0}, {0, 0, 0})};
+  EXPECT_EQ(kinds(world->frame(against)), (std::vector{EventKind::blocked, EventKind::began}));
+  if (end == End::exempt)
+    world->exempt({bar, box});
+  else
+    world->latch(bar, box);
+  if (end == End::latch_and_build_anew) world->set_threads(1);
+  const double far = end == End::exempt ? 20.0 : 1.0;
+  const std::array away{world->move_by(bar, {-0.6 * far, 0.8 * far, 0}, {0, 0, 0})};
+  const FrameReport report = world->frame(away);
+  bits = bits_of(report);
+  return {report.events.begin(), report.events.end()};
+}
+
+TEST(Levels, EndContactsWhereTheTwoStand) {
+  for (const End end : {End::latch, End::latch_and_build_anew, End::exempt}) {
+    std::vector<std::uint64_t> one_by_one;
+    events_of_end(Kind::one_by_one, end, one_by_one);
+    for (const Kind kind : {Kind::one_by_one, Kind::levels, Kind::spheres}) {
+      SCOPED_TRACE(std::to_string(static_cast<int>(end)) + " " + std::to_string(static_cast<int>(kind)));
+      std::vector<std::uint64_t> bits;
+      const std::vector<ContactEvent> events = events_of_end(kind, end, bits);
+      ASSERT_EQ(events.size(), 1u);
+      EXPECT_EQ(events[0].kind, EventKind::ended);
+      EXPECT_NEAR(events[0].geometry.separation, 0.0, 1e-8);
+      // The cube that touched is 0.1 m high, the box 0.5 m.
+      const double apart = end == End::exempt ? std::hypot(12.0, 16.0 - 0.3) : 0.0;
+      EXPECT_NEAR(events[0].geometry_at_end.separation, apart, 1e-8);
+      EXPECT_EQ(bits, one_by_one);
+    }
+  }
+}
+
+// A bar goes against an arm's tip and is carried off by it in the next frame: by steps so small that no other
+// link is near enough to be watched with the bar.
+TEST(Levels, EndContactsOfWhatAnArmTakes) {
+  std::vector<std::uint64_t> one_by_one;
+  for (const Kind kind : {Kind::one_by_one, Kind::levels, Kind::spheres}) {
+    SCOPED_TRACE(static_cast<int>(kind));
+    const auto world = make_world();
+    world->set_default_rule(rule(ContactPolicy::advance));
+    const MechanismHandle arm = world->add_mechanism({make_arm("arm", 3), at(-3, 0, 0), {}});
+    const ObjectHandle tip = world->link(arm, "3");
+    const ObjectHandle bar = world->add(described(kind, straight_bar("bar"), at(3.06, 0, 0)));
+    const std::array against{world->move_by(bar, {-0.05, 0, 0}, {0, 0, 0})};
+    const FrameReport touching = world->frame(against);
+    ASSERT_EQ(kinds(touching), (std::vector{EventKind::blocked, EventKind::began}));
+    world->latch(tip, bar);
+    std::vector<double> joints = joints_of(*world, arm);
+    for (double& q : joints) q += 0.002;
+    const JointCommand command{arm, joints};
+    const FrameReport report = world->frame({}, {&command, 1});
+    ASSERT_EQ(kinds(report), std::vector{EventKind::ended});
+    EXPECT_NEAR(report.events[0].geometry_at_end.separation, 0.0, 1e-8);
+    if (kind == Kind::one_by_one) one_by_one = bits_of(report);
+    EXPECT_EQ(bits_of(report), one_by_one);
+  }
+}
+
+// ---- crowds
+
 struct Crowd {
   std::unique_ptr<ContactWorld> world = make_world();
   std::vector<ObjectHandle> movers;
@@ -175,17 +266,12 @@ struct Crowd {
   explicit Crowd(Kind given) : kind(given) {}
 
   ObjectHandle add(const std::shared_ptr<const HexahedronTree>& tree, const Pose& X, bool is_static) {
-    return world->add({tree,
-                       X,
-                       is_static,
-                       {},
-                       kind == Kind::levels ? levels_about(*tree, 6) : Levels{},
-                       kind != Kind::one_by_one});
+    return world->add(described(kind, tree, X, is_static));
   }
 };
 
 struct Counts {
-  std::uint64_t queries = 0, candidates = 0, events = 0, blocked = 0, slid = 0;
+  std::uint64_t queries = 0, candidates = 0, events = 0, blocked = 0, slid = 0, joined = 0;
   void add(const FrameReport& report) {
     queries += report.queries, candidates += report.candidate_pairs, events += report.events.size();
     blocked += report.blocked_movers, slid += report.slide_steps > 0;
@@ -201,7 +287,11 @@ class Crowds {
   void fly(int frames, std::array<Counts, kCrowds>& counts) {
     register_all();
     for (int frame = 0; frame < frames; ++frame) {
-      if (frame % 5 == 4) edit(frame);
+      if (frame % 5 == 4) {
+        part();
+        edit(frame);
+      }
+      if (frame % 3 == 2 && carried_ == ObjectHandle{}) counts[0].joined += join();
       ASSERT_NO_FATAL_FAILURE(fly_frame(frame, counts));
     }
   }
@@ -257,6 +347,41 @@ class Crowds {
     }
   }
 
+  /// Two that touch are exempted, or one carries the other until the next edit. @returns whether there are
+  /// two.
+  bool join() {
+    const std::vector<ObjectHandle>& movers = crowds_[0].movers;
+    const auto a = std::find(movers.begin(), movers.end(), touching_.first) - movers.begin();
+    const auto b = std::find(movers.begin(), movers.end(), touching_.second) - movers.begin();
+    if (std::max(a, b) == std::ssize(movers)) return false;
+    const bool latches = random_.one_in(2);
+    for (Crowd& crowd : crowds_)
+      latches ? crowd.world->latch(crowd.movers[a], crowd.movers[b])
+              : crowd.world->exempt({crowd.movers[a], crowd.movers[b]});
+    if (latches) carried_ = movers[b];
+    return true;
+  }
+
+  void part() {
+    const std::vector<ObjectHandle>& movers = crowds_[0].movers;
+    const auto carried = std::find(movers.begin(), movers.end(), carried_) - movers.begin();
+    if (carried == std::ssize(movers)) return;
+    for (Crowd& crowd : crowds_) crowd.world->unlatch(crowd.movers[carried]);
+    carried_ = {};
+  }
+
+  /// Two movers of the first crowd that are in contact now.
+  void note_touching(const FrameReport& report) {
+    const auto is_mover = [&](ObjectHandle object) {
+      return std::count(crowds_[0].movers.begin(), crowds_[0].movers.end(), object) > 0;
+    };
+    touching_ = {};
+    for (const ContactEvent& event : report.events)
+      if ((event.kind == EventKind::began || event.kind == EventKind::persists) && is_mover(event.a) &&
+          is_mover(event.b))
+        touching_ = {event.a, event.b};
+  }
+
   void fly_frame(int frame, std::array<Counts, kCrowds>& counts) {
     // All are drawn to the middle, some by large steps, some turned by much.
     std::vector<RigidPath> paths;
@@ -275,6 +400,7 @@ class Crowds {
       const JointCommand joint_command{crowd.arm, joints};
       const FrameReport report = crowd.world->frame(commands, {&joint_command, 1});
       counts[i].add(report);
+      if (i == 0) note_touching(report);
       bits[i] = bits_of(report);
       ASSERT_EQ(bits[i], bits[0]) << "crowd " << i << " frame " << frame;
     }
@@ -304,6 +430,8 @@ class Crowds {
   }
 
   Random random_;
+  std::pair<ObjectHandle, ObjectHandle> touching_;
+  ObjectHandle carried_;
   std::array<Crowd, kCrowds> crowds_{Crowd(Kind::one_by_one), Crowd(Kind::levels), Crowd(Kind::levels),
                                      Crowd(Kind::spheres)};
 };
@@ -317,12 +445,59 @@ TEST(Levels, MoveCrowdsToTheSameBits) {
   EXPECT_GT(counts[0].blocked, 100u);
   EXPECT_GT(counts[0].slid, 20u);
   EXPECT_GT(counts[0].events, 1000u);
+  EXPECT_GT(counts[0].joined, 10u);
   EXPECT_EQ(counts[1].queries, counts[2].queries);
   // What is closed and opened again is not known to be clear any more.
   for (const std::size_t i : {1, 3}) {
     EXPECT_LT(counts[i].queries, counts[0].queries + counts[0].queries / 50);
     EXPECT_LT(counts[i].candidates, counts[0].candidates + counts[0].candidates / 50);
   }
+}
+
+/// An arm that carries a bar slides about among others that stand, in steps that go beyond its reserves.
+struct SlidingArm {
+  std::unique_ptr<ContactWorld> world = make_world();
+  MechanismHandle arm;
+
+  SlidingArm(Kind kind, Random random) {
+    world->set_default_rule(rule(ContactPolicy::slide));
+    arm = world->add_mechanism({make_arm("arm", 3), at(-3, 0, 0), {}});
+    const auto payload = random_bar(random, "payload", 24);
+    const ObjectHandle carried = world->add(described(kind, payload, at(3.9, 0, 0.2)));
+    const ObjectHandle tip = world->link(arm, "3");
+    world->latch(tip, carried, {{tip, carried}});
+    for (int i = 0; i < 8; ++i) {
+      const auto bar = random_bar(random, "bar " + std::to_string(i), 20);
+      const double angle = random.uniform(-2.5, 2.5), out = random.uniform(3.0, 6.5);
+      Pose X = at(-3 + out * std::cos(angle), out * std::sin(angle), 0);
+      X.R = rotation_about(Vector3::UnitZ(), random.uniform(-3, 3));
+      world->add(described(kind, bar, X, i % 2 == 0));
+    }
+  }
+};
+
+TEST(Levels, SlideArmsToTheSameBits) {
+  std::size_t slid = 0;
+  for (std::uint64_t seed = 18300; seed < 18304; ++seed) {
+    Random random(seed);
+    std::array<SlidingArm, 3> arms{SlidingArm(Kind::one_by_one, random), SlidingArm(Kind::levels, random),
+                                   SlidingArm(Kind::spheres, random)};
+    Random steps(seed + 1000);
+    for (int frame = 0; frame < 25; ++frame) {
+      const double size = steps.one_in(3) ? 1.0 : 0.1;
+      std::vector<double> joints = joints_of(*arms[0].world, arms[0].arm);
+      for (double& q : joints) q = std::clamp(q + steps.uniform(-size, size), -2.5, 2.5);
+      std::vector<std::uint64_t> one_by_one;
+      for (SlidingArm& each : arms) {
+        const JointCommand command{each.arm, joints};
+        const FrameReport report = each.world->frame({}, {&command, 1});
+        if (&each == &arms[0]) one_by_one = bits_of(report), slid += report.slide_steps > 0;
+        ASSERT_EQ(bits_of(report), one_by_one) << "seed " << seed << " frame " << frame;
+        ASSERT_EQ(joints_of(*each.world, each.arm), joints_of(*arms[0].world, arms[0].arm));
+      }
+    }
+  }
+  EXPECT_GT(slid, 20u);
 }
 
 // Two bars fly by each other, near and far, for as long as frames have to be without allocations.
