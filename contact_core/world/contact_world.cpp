@@ -232,11 +232,11 @@ std::span<const Pose> ContactWorld::solid_poses(ObjectHandle object) const {
   const Layout& layout = state_->layout;
   if (state_->needs_layout || slot >= layout.slots() || layout.handles[slot] != object) return {};
   const SolidIndex first = layout.first_solid[slot], end = layout.first_solid[slot + 1];
-  if (layout.levels[slot] != nullptr)  // frames place those that are open
-    for (SolidIndex solid = first; solid < end; ++solid)
-      if (!state_->open.is_open(solid))
-        state_->from[solid] = compose(state_->objects[slot].X_WO, layout.X_OS[solid]);
-  return std::span(state_->from).subspan(first, end - first);
+  if (layout.levels[slot] == nullptr) return std::span(state_->from).subspan(first, end - first);
+  // Frames place those that are open only, and `from` is theirs.
+  for (SolidIndex solid = first; solid < end; ++solid)
+    state_->answered_poses[solid] = compose(state_->objects[slot].X_WO, layout.X_OS[solid]);
+  return std::span(state_->answered_poses).subspan(first, end - first);
 }
 
 double ContactWorld::gap() const { return state_->gap; }

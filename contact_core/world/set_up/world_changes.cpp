@@ -63,6 +63,7 @@ void ContactWorld::State::build_all() {
 void ContactWorld::State::take_room(bool anew) {
   const std::size_t slots = layout.slots(), solids = layout.solids.size();
   touchstone::take_room(*this, anew);
+  resize_more(answered_poses, solids);
   selections.take_room();
   movers.take_room(slots, anew);
   followers.take_room(slots, anew);

@@ -51,6 +51,8 @@ struct ContactWorld::State : WorldModel {
   MomentLog moments;
   std::vector<ContactEvent> events;
 
+  std::vector<Pose> answered_poses;  // by solid: solid_poses() of objects with levels
+
   FrameScope scope() {
     return {*this,     *broadphase,   lanes,   watched, movers,
             followers, stop_resolver, moments, parts,   contact_log.now()};
