@@ -30,10 +30,13 @@ std::pair<std::size_t, bool> places_of(const ObjectRecord& object) {
 }
 
 std::shared_ptr<const ObjectLevels> levels_of(const ObjectDescription& object) {
-  if (!object.levels.empty()) validate_levels(*object.tree, object.levels);
-  const bool is_large = object.tree->solids().size() >= kSearchedFrom || !object.levels.empty();
-  if (object.is_static || !object.is_searched || !is_large) return nullptr;
-  return std::make_shared<const ObjectLevels>(*object.tree, object.levels);
+  const bool has_levels = !object.levels.empty();
+  const bool is_large = object.tree->solids().size() >= kSearchedFrom || has_levels;
+  const bool has_bounds = is_large && !object.is_static && object.is_searched;
+  if (!has_bounds && !has_levels) return nullptr;
+  // Levels that do nothing are refused as others are.
+  auto levels = std::make_shared<const ObjectLevels>(*object.tree, object.levels);
+  return has_bounds ? std::move(levels) : nullptr;
 }
 
 }  // namespace
