@@ -8,7 +8,7 @@
 namespace touchstone {
 namespace {
 
-/// Of the largest coordinate: more than all that follows rounds.
+/// Of the coordinates that make up a point in the world: more than all that follows rounds.
 constexpr double kRounding = 0x1p-44;
 /// Matrices may be rotations to a millionth only: by so much they make anything longer at most.
 constexpr double kLonger = 1.0 + 1e-5;
@@ -19,6 +19,8 @@ class Bound {
   Bound(const SearchedBody& body, std::int32_t node) : body_(body), node_(node) {
     const Sphere& sphere = node < 0 ? body.solids->bounding_sphere() : here().sphere_O;
     centre_ = transform(body.X_W, sphere.centre), radius_ = sphere.radius * kLonger;
+    coordinates_ = norm_1(body.X_W.p);
+    if (body.levels != nullptr) coordinates_ += body.levels->extent();
   }
 
   bool is_leaf() const { return node_ < 0 || here().solid >= 0; }
@@ -29,6 +31,8 @@ class Bound {
   Bound right() const { return {body_, here().right}; }
   const Vector3& centre() const { return centre_; }
   double radius() const { return radius_; }
+  /// At least any coordinate that the bound is placed by: these may cancel out in its centre [m].
+  double coordinates() const { return norm_1(centre_) + coordinates_; }
 
   /// Unit normals of faces, to kLonger; none of what is known as a sphere only.
   std::span<const Vector3> normals() {
@@ -88,6 +92,7 @@ class Bound {
   std::int32_t node_;  // -1: the body is one hexahedron
   Vector3 centre_;
   double radius_;
+  double coordinates_;
   bool is_placed_ = false;
   WorldVertices vertices_;
   std::array<Vector3, 6> normals_;
@@ -105,7 +110,7 @@ bool are_apart(Bound& a, Bound& b, double reach) {
   // Their spheres take out most.
   const Vector3 offset = b.centre() - a.centre();
   const double distance = norm(offset);
-  const double rounding = kRounding * (norm_1(a.centre()) + norm_1(b.centre()) + a.radius() + b.radius());
+  const double rounding = kRounding * (a.coordinates() + b.coordinates() + a.radius() + b.radius());
   const double within = (reach + rounding) * (1.0 + kRounding);
   if (distance > a.radius() + b.radius() + within) return true;
   // Then axes do.
