@@ -233,8 +233,7 @@ void bind_objects(WorldClass& world) {
           py::arg("groups") = std::vector<std::string>{},
           py::arg("levels") = std::vector<std::shared_ptr<HexahedronTree>>{},
           "Adds an object; X_WO: None, (4, 4), or (position, quaternion wxyz). Its name is the tree's. "
-          "levels: "
-          "coarser and coarser trees of it, each hexahedron inside one of the next; for speed alone.")
+          "levels: coarser and coarser trees of it, each hexahedron inside one of the next; for speed alone.")
       .def("remove", [](GuardedWorld& self, ObjectHandle object) { self.get().remove(object); })
       .def("find", [](GuardedWorld& self, const std::string& name) { return self.get().find(name); })
       .def("is_alive", [](GuardedWorld& self, ObjectHandle object) { return self.get().is_alive(object); })

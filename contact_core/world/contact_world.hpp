@@ -39,14 +39,16 @@ struct ObjectDescription {
   /// At most 64 names in a world, each of at most GroupName::kMostBytes bytes.
   std::vector<std::string> groups = {};
   /// Coarser and coarser trees of the same object, for speed alone: every frame has the same poses and events
-  /// with them as without. Each hexahedron of `tree` lies in one of levels[0], each of levels[0] in one of
+  /// with them as without, but where an arm slides and plans further than its pairs were looked for, it may
+  /// go otherwise, as safely. Each hexahedron of `tree` lies in one of levels[0], each of levels[0] in one of
   /// levels[1], and so on; of a rounded one the core, and the radius is no larger. While a coarser hexahedron
   /// is known to be out of reach of all others, nothing below it is looked at. Beside these, every object of
-  /// kSearchedFrom hexahedra or more has spheres about halves of it, quarters and so on: far from all others
-  /// it costs a frame what one hexahedron costs, with levels or without. Of a static object they do nothing.
-  /// coarser_levels() in fit/levels.hpp makes some.
+  /// kSearchedFrom hexahedra or more, and every one with levels, has spheres about halves of it, quarters and
+  /// so on: far from all others it costs a frame what one hexahedron costs. Neither is used of a static
+  /// object, or of one that is not searched. coarser_levels() in fit/levels.hpp makes some.
   std::vector<std::shared_ptr<const HexahedronTree>> levels = {};
-  /// False: each hexahedron is looked at in every frame, without levels or spheres; to compare.
+  /// False: each hexahedron has a reserve of its own, and is looked at where it used that up, without levels
+  /// or spheres; to compare.
   bool is_searched = true;
 };
 
@@ -287,7 +289,7 @@ class ContactWorld {
   // ---- set-up, at any time between frames
 
   /// @throws InputError: no tree, a name that is taken, an invalid pose, a 65th group, a rounded solid that
-  /// the narrowphase does not take.
+  /// the narrowphase does not take, levels that validate_levels() refuses.
   ObjectHandle add(ObjectDescription description);
   /// @throws InputError: an unknown handle, or an object that carries or is carried.
   void remove(ObjectHandle object);
