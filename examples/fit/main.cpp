@@ -231,7 +231,7 @@ std::vector<ServedMesh> served_meshes(const Options& options,
 }
 #endif
 
-int serve([[maybe_unused]] const Options& options, [[maybe_unused]] FitRequest fit,
+int serve([[maybe_unused]] const Options& options, [[maybe_unused]] const FitRequest& fit,
           [[maybe_unused]] const std::vector<std::filesystem::path>& meshes) {
 #ifndef TOUCHSTONE_HAS_SCENE_FILES
   reject("--serves", "this build does not read scenes (Debian: libyaml-cpp-dev)");
