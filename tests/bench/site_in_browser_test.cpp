@@ -1,6 +1,6 @@
 #include <gmock/gmock.h>
 
-#include "touchstone/tests/compare_backends/page_in_browser.hpp"
+#include "touchstone/tests/support/page_in_browser.hpp"
 
 // The benchmark's site as a phone shows it.
 

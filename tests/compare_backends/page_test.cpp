@@ -10,8 +10,8 @@
 #include "touchstone/examples/compare_backends/results/results_file.hpp"
 #include "touchstone/examples/measures/common/random.hpp"
 #include "touchstone/examples/program/terminal/text_table.hpp"
-#include "touchstone/tests/compare_backends/page_in_browser.hpp"
 #include "touchstone/tests/compare_backends/random_choices.hpp"
+#include "touchstone/tests/support/page_in_browser.hpp"
 
 namespace touchstone::comparison {
 namespace {

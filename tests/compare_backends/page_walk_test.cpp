@@ -2,7 +2,7 @@
 #include <gmock/gmock.h>
 
 #include "touchstone/examples/compare_backends/page/html_report.hpp"
-#include "touchstone/tests/compare_backends/page_in_browser.hpp"
+#include "touchstone/tests/support/page_in_browser.hpp"
 
 // A walk through a run's page on a desk's window and on a phone's.
 

@@ -3,8 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "touchstone/tests/compare_backends/page_in_browser.hpp"
 #include "touchstone/tests/fit/meshes.hpp"
+#include "touchstone/tests/support/page_in_browser.hpp"
 
 namespace touchstone::fitting {
 namespace {
@@ -76,7 +76,7 @@ TEST(FitPage, TheModelHoldsMeshCoverAndWorstPlaces) {
 
 TEST(FitPage, NamesOfFilesAreText) { EXPECT_THAT(page(), HasSubstr("<h1>Cover of &lt;angle&gt;.stl</h1>")); }
 
-class FitPageInBrowser : public comparison::PageInBrowser {};
+class FitPageInBrowser : public PageInBrowser {};
 
 constexpr const char* kLook = R"(
   const pixels = () => { const c = document.getElementById('view'), d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;

@@ -7,7 +7,7 @@
 
 #include "touchstone/tests/support/program_test.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone {
 
 /// The page in a browser. Needs Chromium, which is for such tests alone: where there is none they are
 /// skipped, and fail where TOUCHSTONE_NEEDS_BROWSER is set, as .ci/run does.
@@ -65,4 +65,4 @@ class PageInBrowser : public ProgramTest {
   }
 };
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone
