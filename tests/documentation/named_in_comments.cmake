@@ -1,10 +1,12 @@
-# Fails when a comment of a source names a file of ours (.hpp, .cpp, .md) that is not there: a path from the root or the end of
-# one. Files of engines begin with bt or mj.
+# Fails when a comment of a source (C++, C, JavaScript) names a file of ours (.hpp, .cpp, .md, .js, .mjs) that is not there: a path
+# from the root or the end of one. Files of engines begin with bt or mj.
 # cmake -D ROOT=... -P named_in_comments.cmake
 set(here)
 set(sources)
 foreach(folder contact_core adapters physics examples tests)
-  file(GLOB_RECURSE found RELATIVE ${ROOT} ${ROOT}/${folder}/*.hpp ${ROOT}/${folder}/*.cpp ${ROOT}/${folder}/*.md)
+  set(patterns *.hpp *.cpp *.h *.c *.js *.mjs *.md)
+  list(TRANSFORM patterns PREPEND ${ROOT}/${folder}/)
+  file(GLOB_RECURSE found RELATIVE ${ROOT} ${patterns})
   list(APPEND here ${found})
 endforeach()
 file(GLOB found RELATIVE ${ROOT} ${ROOT}/*.md)
@@ -17,7 +19,8 @@ foreach(source IN LISTS here)
   endif()
   file(READ ${ROOT}/${source} text)
   string(REGEX MATCHALL "//[^\n]*" comments "${text}")
-  string(REGEX MATCHALL "[A-Za-z0-9_./-]*[A-Za-z0-9_]\\.(hpp|cpp|md)" names "${comments}")
+  string(REPLACE ".json" " " comments "${comments}")
+  string(REGEX MATCHALL "[A-Za-z0-9_./-]*[A-Za-z0-9_]\\.(hpp|cpp|md|js|mjs)" names "${comments}")
   foreach(name IN LISTS names)
     string(REGEX REPLACE "^(\\.\\./|/)+" "" name "${name}")
     string(FIND "${ends}" "/${name}\n" place)
