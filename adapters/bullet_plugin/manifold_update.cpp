@@ -265,6 +265,7 @@ void call_added(const ObjectPair& objects, btManifoldPoint& point) {
 
 void update_manifold(const ObjectPair& objects, std::span<const FoundPoint> points,
                      btPersistentManifold& manifold, ManifoldFeatures& features, bool by_middle) {
+  // The points to keep; none empties the manifold.
   const Supported supported(points, features, by_middle);
   const std::span<const FoundPoint> found = supported.points();
   const int old_count = manifold.getNumContacts(), count = static_cast<int>(found.size());
@@ -276,11 +277,13 @@ void update_manifold(const ObjectPair& objects, std::span<const FoundPoint> poin
     features.count = 0;
     return manifold.clearManifold();
   }
+  // Found points are matched with old ones, and put in order.
   const Materials materials(*objects.a.getCollisionObject(), *objects.b.getCollisionObject());
   const Matching matching(objects, found, manifold, features);
   const bool turns = supported.has_middle() || has_margin(objects.a) || has_margin(objects.b);
   const Slots order = turns ? turned_order(supported, features) : deepest_last(found, matching, old_count);
   const OldPoints old(manifold, (materials.flags & BT_CONTACT_FLAG_FRICTION_ANCHOR) != 0);
+  // Matched points carry on their impulses; the others begin anew.
   drop_the_rest(matching, count, manifold);
   for (int slot = 0; slot < count; ++slot) {
     const int i = order[slot], k = matching.old_of(i);
@@ -292,6 +295,7 @@ void update_manifold(const ObjectPair& objects, std::span<const FoundPoint> poin
   }
   features.count = count;
 
+  // Bullet's callbacks, as the engine's own manifolds call them.
   for (int k = 0; k < count; ++k) call_added(objects, manifold.getContactPoint(k));
   if (gContactStartedCallback != nullptr && old_count == 0 && count > 0) gContactStartedCallback(&manifold);
   if (gContactProcessedCallback == nullptr) return;

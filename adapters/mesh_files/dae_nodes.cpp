@@ -88,6 +88,7 @@ void require_finite_nodes(std::string_view text, const ReadTask& task) {
     std::size_t node;
     std::vector<std::size_t> rest;
   };
+  // Each node not seen so far begins a search.
   for (std::size_t first = 0; first < state.size(); ++first) {
     std::vector<Step> path;
     const auto enter = [&](std::size_t node) {
@@ -95,6 +96,7 @@ void require_finite_nodes(std::string_view text, const ReadTask& task) {
       path.push_back({node, next_of(nodes, node)});
     };
     if (state[first] == State::unseen) enter(first);
+    // The last node goes on to its next one, or is done.
     while (!path.empty()) {
       if (path.back().rest.empty()) {
         state[path.back().node] = State::done;

@@ -79,6 +79,7 @@ Nearest nearest(const Vector3& a, const Vector3& b, std::span<const Vector3, Hex
     return true;
   };
   if (is_over_its_face(best.on_segment)) return best;
+  // Over a face: one of the segment's ends.
   Nearest least{kInfinity, best.n, best.on_segment};
   for (const Vector3& end : {a, b})
     for (std::size_t i = 0; i < planes.size(); i += 4) {
@@ -88,6 +89,7 @@ Nearest nearest(const Vector3& a, const Vector3& b, std::span<const Vector3, Hex
       best = {above, n, end};
       if (is_over_its_face(end)) least = best;
     }
+  // Over an edge: two points of two segments.
   visit_edges(vertices, [&](const Vector3& from, const Vector3& to) {
     const Between points = between(a, b, from, to);
     const Vector3 offset = points.on_first - points.on_second;

@@ -235,6 +235,7 @@ void read_pairs(const YamlReader& dynamics, DynamicScene& out) {
 
 SceneDrive read_drive(const YamlReader& reader, JointKind kind) {
   SceneDrive out;
+  // One kind of drive, and what goes with it.
   const bool is_position = reader.has("position");
   if (int{reader.has("torque")} + int{reader.has("rate") && !is_position} + int{reader.has("brake")} +
           int{is_position} !=
@@ -254,6 +255,7 @@ SceneDrive read_drive(const YamlReader& reader, JointKind kind) {
     out.drive.mode = JointDrive::Mode::rate;
     out.drive.rate = read_joint_figure(reader.at("rate"), kind);
   }
+  // A position is held by a spring and a damper.
   if (is_position) {
     const auto figure = [&](const char* key) {
       return reader.has(key) ? read_at_least_0(reader.at(key), reader.at(key).number()) : 0.0;

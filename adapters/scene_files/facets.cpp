@@ -40,6 +40,7 @@ PlacedHexahedron make_frustum(const FrustumSize& size, const Pose& X_OS, const s
 }
 
 std::vector<PlacedHexahedron> make_walls(const WallsSize& size, const Pose& X_OS, const std::string& name) {
+  // Walls have a thickness, and room between them.
   constexpr std::array<const char*, 6> kSide = {"-x", "+x", "-y", "+y", "-z", "+z"};
   require(size.thickness > 0.0, name, "walls need thickness > 0");
   for (int axis = 0; axis < 3; ++axis)
@@ -66,6 +67,7 @@ std::vector<PlacedHexahedron> make_walls(const WallsSize& size, const Pose& X_OS
       low(axis) = inner(axis);
       high(axis) = inner(axis) + size.thickness;
     }
+    // The wall's corners, from the two that span it.
     std::array<Vector3, 8> v;
     for (int bits = 0; bits < 8; ++bits)
       v[bits] = {bits & 4 ? high.x() : low.x(), bits & 2 ? high.y() : low.y(), bits & 1 ? high.z() : low.z()};

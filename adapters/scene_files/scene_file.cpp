@@ -328,10 +328,12 @@ void add_copies(const YamlReader& reader, const SceneObject& object, std::set<st
                 Scene& scene) {
   Copies copies = read_copies(reader);
   if (!object.motion.at_rest()) reader.fail("what has a motion has no copies");
+  // Cell by cell; upper layers have fewer cells along x.
   int number = 0;
   for (int z = 0; z < copies.count[2]; ++z)
     for (int y = 0; y < copies.count[1]; ++y)
       for (int x = 0; x < copies.count[0] - z * copies.layer_less; ++x) {
+        // A copy has its own name and its original's groups.
         const std::string name = object.tree.name() + " " + std::to_string(number++);
         if (!names.insert(name).second) reader.fail("the name " + quoted(name) + " occurs twice");
         SceneObject copy{HexahedronTree(object.tree.solids(), name),
@@ -341,6 +343,7 @@ void add_copies(const YamlReader& reader, const SceneObject& object, std::set<st
                          object.is_static,
                          object.levels};
         copy.groups.push_back(object.tree.name());
+        // It is placed in its cell, and turned at random where that is asked for.
         const Vector3 cell(x, y, z);
         copy.X_WO.p += copies.spacing.cwiseProduct(cell) + z * copies.layer_shift;
         if (copies.is_turned) {
@@ -369,10 +372,12 @@ Scene read_scene(const YamlReader& root, YamlSource& source, const SceneParamete
   // Keys of dynamics are read by programs that have any (dynamics_file.hpp).
   root.require_keys({"name", "description", "units", "parameters", "frame_rate", "contact_gap", "policy",
                      "passive", "duration", "objects", "rules", "exempt", "latches", "dynamics"});
+  // Units and parameters come first: what follows is read by them.
   Scene scene;
   scene.units = scene_files::read_units(root, source);
   scene_files::read_parameters(root, parameters, source);
   scene.parameters = source.parameters;
+  // Figures of the whole scene.
   scene.name = root.at("name").text();
   if (root.has("description")) scene.description = root.at("description").text();
   scene.frame_rate = read_positive(root.at("frame_rate"), root.at("frame_rate").number());
@@ -380,6 +385,7 @@ Scene read_scene(const YamlReader& root, YamlSource& source, const SceneParamete
   scene.duration = read_positive(root.at("duration"), root.at("duration").number());
   scene.policy = scene_files::read_policy(root.at("policy"));
   if (root.has("passive")) scene.passive = scene_files::read_passive(root.at("passive"));
+  // Objects, each perhaps with copies.
   std::set<std::string> names;
   const YamlReader objects(root.at("objects").node(), source);
   for (const YamlReader& item : objects.list()) {
@@ -389,6 +395,7 @@ Scene read_scene(const YamlReader& root, YamlSource& source, const SceneParamete
     else
       scene.objects.push_back(std::move(object));
   }
+  // What names objects comes after them.
   if (root.has("rules")) scene.rules = scene_files::read_rules(root.at("rules"), scene);
   if (root.has("exempt")) scene.exempt_pairs = scene_files::read_exempt_pairs(root.at("exempt"), scene);
   if (root.has("latches")) read_latches(root.at("latches"), scene);

@@ -226,6 +226,7 @@ int find_rounded_points(const RoundedHull& a, const RoundedHull& b, const PairGe
     extent = std::max(extent, norm_inf(cores.on_a[static_cast<std::size_t>(i)] - pair.p_A));
   const double slack = 128 * std::numeric_limits<double>::epsilon() * (reach + extent);
   const double limit = point_limit(query, pair.separation) + slack;
+  // Corners within the limit become points; the deepest have the pair's own separation.
   const std::uint32_t first_id = pair.is_swapped ? on_b.id : on_a.id;
   const std::uint32_t second_id = pair.is_swapped ? on_a.id : on_b.id;
   std::array<ContactPoint, kMostCorners + 1> found;
@@ -241,6 +242,7 @@ int find_rounded_points(const RoundedHull& a, const RoundedHull& b, const PairGe
     const std::uint32_t id = 1 + ((first_id << 10) | (second_id << 5) | static_cast<std::uint32_t>(i));
     found[count++] = pair.point(p_A, p_A + separation * n, separation, id);
   }
+  // The witness points where no corner is as deep; then the choice.
   if (!as_deep) found[count++] = pair.point(pair.p_A, pair.p_B, pair.separation, 0);
   const auto most = std::min(count, static_cast<std::size_t>(query.max_points));
   const int written = choose(std::span(found).first(count), most, pair.is_swapped);

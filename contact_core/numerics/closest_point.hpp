@@ -39,6 +39,7 @@ struct ClosestSimplex {
 template <class S>
 bool interior_closest_point(std::span<const Vector<S>> points, ClosestSimplex<S>& out) {
   const Vector<S>& p = points[0];
+  // Weights and direction by the simplex: a point, an edge, a triangle, a tetrahedron.
   if (points.size() == 1) {
     out.weights[0] = 1;
     out.direction = p;

@@ -111,22 +111,26 @@ class Run {
   Vector3 figure(const SceneAnswer& answer) const {
     using Figure = SceneAnswer::Figure;
     switch (answer.figure) {
+      // Of bodies, from the engine's state.
       case Figure::position:
         return engine_->object_pose(answer.object).p;
       case Figure::velocity:
         return engine_->velocity(answer.object).value_or(Vector3::Constant(kNone));
       case Figure::angular_velocity:
         return engine_->angular_velocity(answer.object).value_or(Vector3::Constant(kNone));
+      // Of bodies, from the contacts of steps.
       case Figure::force:
         return force_on(answer.object);
       case Figure::impact:
         return impacts_[answer.object];
+      // Of joints.
       case Figure::value:
         return {engine_->joint_value(answer.joint), 0, 0};
       case Figure::rate:
         return {engine_->joint_rate(answer.joint), 0, 0};
       case Figure::torque:
         return {engine_->joint_torque(answer.joint), 0, 0};
+      // Times at which something came to pass.
       case Figure::moved:
         for (std::size_t j = 0; j < joints_.size(); ++j)
           if (joints_[j].mechanism == answer.joint.mechanism && joints_[j].joint == answer.joint.joint)

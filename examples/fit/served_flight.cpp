@@ -152,6 +152,7 @@ void validate(const ServesRequest& request) {
 }
 
 ServedFlight fly_scene(const ServesRequest& request, std::span<const Fit* const> covers) {
+  // The scene, its meshes replaced by their covers.
   const std::vector<std::size_t> targets = indices_of(request), movers = movers_of(request.scene);
   const Scene scene = with_covers(request, covers, targets);
   SceneWorld flown(scene, make_native(), make_native_broadphase());
@@ -190,6 +191,7 @@ ServedFlight fly_scene(const ServesRequest& request, std::span<const Fit* const>
     look();
     follow(flown, movers, sweeps);
   }
+  // Where movers went, and what frames took.
   for (std::vector<Sweep>& each : sweeps) {
     std::vector<Bounds>& all = flight.swept.emplace_back();
     for (const Sweep& sweep : each) all.insert(all.end(), sweep.boxes().begin(), sweep.boxes().end());

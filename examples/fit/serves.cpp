@@ -167,6 +167,7 @@ class Search {
     row.asked_in_zones = in_zones;
     row.elsewhere = elsewhere;
     row.is_uniform = is_uniform;
+    // Every mesh is covered to these errors.
     bool is_proven = true;
     std::vector<const Fit*> covers;
     for (std::size_t m = 0; m < bounds_.size(); ++m) {
@@ -179,6 +180,7 @@ class Search {
       row.hexahedra += run.fit.hexahedra.size();
       is_proven = is_proven && run.verdict.is_proven;
     }
+    // The scene is flown on the covers; they serve where the errors hold where it went.
     for (const FitRun& run : row.runs) covers.push_back(&run.fit);
     row.flight = fly_scene(request_, covers);
     row.is_held = is_proven;

@@ -116,12 +116,14 @@ void SceneEngine::keep_start() { start_ = snapshot(); }
 
 void SceneEngine::carry_out(const SceneAction& action) {
   switch (action.kind) {
+    // Joints are driven from now on.
     case SceneAction::Kind::drive: {
       const std::size_t joint = joint_index(action.joint);
       drives_[joint] = action.drive;
       drives_since_[joint] = time();
       break;
     }
+    // Bodies are latched, released, joined and parted.
     case SceneAction::Kind::latch:
       hold(bodies_.body_of(action.carrier), bodies_.body_of(action.carried), action.allowed);
       break;
@@ -132,6 +134,7 @@ void SceneEngine::carry_out(const SceneAction& action) {
     case SceneAction::Kind::part:
       switch_joint(action.joint.joint, action.kind == SceneAction::Kind::join);
       break;
+    // Bodies come and go.
     case SceneAction::Kind::add: {
       const SceneBody& body = scene().bodies[action.carried];
       if (has(action.carried)) take_out(action.carried);  // brought in by hand before
@@ -141,6 +144,7 @@ void SceneEngine::carry_out(const SceneAction& action) {
     case SceneAction::Kind::remove:
       if (has(action.carried)) take_out(action.carried);
       break;
+    // Joints are put at values.
     case SceneAction::Kind::set_joint:
       set_joint(joint_index(action.joint), action.value, action.rate);
       break;

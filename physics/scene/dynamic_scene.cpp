@@ -177,6 +177,7 @@ void validate_actions(const DynamicScene& scene) {
     if (action.kind == SceneAction::Kind::release) plan.release(action.carried, action.where);
     if (action.kind == SceneAction::Kind::add || action.kind == SceneAction::Kind::remove)
       plan.come_or_go(action.carried, action.kind == SceneAction::Kind::add, action.where);
+    // Joints are put within their limits.
     if (action.kind == SceneAction::Kind::set_joint) {
       if (action.joint.is_of_bodies())
         reject(action.where, "set: only joints of mechanisms are put at values");
@@ -309,6 +310,7 @@ std::string unit_of(const SceneAnswer& answer, JointKind kind) {
   using Figure = SceneAnswer::Figure;
   const bool turns = kind == JointKind::revolute;
   switch (answer.figure) {
+    // Of bodies.
     case Figure::position:
       return "m";
     case Figure::velocity:
@@ -319,12 +321,14 @@ std::string unit_of(const SceneAnswer& answer, JointKind kind) {
       return "N";
     case Figure::impact:
       return "N s";
+    // Of joints: of an angle or of a length.
     case Figure::value:
       return turns ? "rad" : "m";
     case Figure::rate:
       return turns ? "rad/s" : "m/s";
     case Figure::torque:
       return turns ? "N m" : "N";
+    // Times.
     case Figure::moved:
     case Figure::stopped:
       return "s";

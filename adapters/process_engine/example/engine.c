@@ -31,6 +31,7 @@ int main(int argc, char** argv) {
          "\"manifold\": true, \"relative_resolution\": 3.6e-15}\n");
   fflush(stdout);
 
+  // Rooms that grow with what is asked.
   double* corners = NULL;
   Pair* asked = NULL;
   touchstone_pose* poses = NULL;
@@ -40,7 +41,9 @@ int main(int argc, char** argv) {
   memset(points, 0, sizeof points);
   char* reply = NULL;
   size_t solids = 0;
+  // A message a turn, until the input ends.
   for (Head head; fread(&head, sizeof head, 1, stdin) == 1;) {
+    // Solids to build.
     if (head.kind == 1) {
       solids = head.count;
       corners = room(corners, solids * 24 * sizeof(double)), poses = room(poses, solids * sizeof(touchstone_pose));
@@ -48,6 +51,7 @@ int main(int argc, char** argv) {
       if (!nothing) need(touchstone_build(native, corners, solids));
       continue;
     }
+    // Pairs to answer: read all, answer one by one, write all at once.
     asked = room(asked, head.count * sizeof(Pair));
     if (fread(asked, sizeof(Pair), head.count, stdin) != head.count) return 1;
     const size_t geometry_bytes = head.query == TOUCHSTONE_OVERLAP ? 0 : sizeof geometry;
@@ -69,6 +73,7 @@ int main(int argc, char** argv) {
     fwrite(reply, 1, (size_t)(end - reply), stdout);
     fflush(stdout);
   }
+  // The input has ended.
   free(corners), free(asked), free(poses), free(reply);
   touchstone_destroy_workspace(scratch), touchstone_destroy(native);
   return 0;

@@ -48,6 +48,7 @@ class TreeRenewal {
   template <class Belongs, class Outgrown>
   Progress go_on(PlacedTree& now, const SolidBounds& bounds, const FloatFrame& frame, MortonSort& sort,
                  std::size_t work, const Belongs& belongs, const Outgrown& outgrown) noexcept {
+    // Each stage takes of the work and leads to the next one.
     while (work > 0) {
       if (stage_ == Stage::room) {
         if (make_room(work)) stage_ = Stage::copy;
@@ -63,6 +64,7 @@ class TreeRenewal {
       } else if (stage_ == Stage::levels) {
         if (refit(work)) stage_ = Stage::add, at_ = 0;
       } else {
+        // Objects that came during the renewal are the last; then the new tree serves.
         if (!add(bounds, work, belongs)) return Progress::has_no_room;
         if (at_ < added_.size()) continue;
         std::swap(now, next_);

@@ -203,7 +203,7 @@ void find_contact_faces(const PosedPair& pair, const Vector3& n, ContactFace& a,
     best = better ? Double2{index, index} : best;
     best_lean = better ? lean : best_lean;
   }
-  const Double2 inverse = sign / best_lean;
+  const Double2 inverse = sign / best_lean;  // each face found becomes one plane, two where it is bent
   const std::array<ContactFace*, 2> out = {&a, &b};
   for (int k = 0; k < 2; ++k) {
     const int index = static_cast<int>(best[k]);

@@ -74,11 +74,13 @@ void take_room(WorldModel& model, bool anew) {
     if (anew) list.clear();
     resize_more(list, count, value);
   };
+  // A place for each object.
   size(model.paths, slots, CarriedPath(RigidPath(), model.objects.poses_in_body()));
   size(model.stops, slots, 1.0), size(model.in_motion, slots, std::uint8_t{0});
   size(model.member_root, slots, kNone);
   model.rides.take_room(slots, anew);
   reserve_more(model.members, slots);
+  // A place for each solid, and both for how far each travels.
   resize_more(model.from, solids), resize_more(model.X_BS, solids);
   resize_more(model.root_of_solid, solids);
   Travels& travels = model.travels;
@@ -91,6 +93,7 @@ void take_room(WorldModel& model, bool anew) {
   model.open.take_room(slots, solids, anew);
   resize_more(travels.vertices, solids), resize_more(travels.has_vertices, solids);
   reserve_more(travels.unplaced, solids);
+  // What is counted from these sizes comes last.
   if (anew) number_own_pairs(model);
   model.selection.reserve(slots);
 }

@@ -34,6 +34,7 @@ double checked_max_error(double max_error) {
 }  // namespace
 
 void ChoiceOptions::add_to(CLI::App& app) {
+  // The query and the allowed error.
   app.add_option("--query", query, "The query that is chosen for")
       ->check(CLI::IsMember({"overlap", "distance", "manifold"}))
       ->capture_default_str();
@@ -42,6 +43,7 @@ void ChoiceOptions::add_to(CLI::App& app) {
       "Name the fastest backend whose answers cost at most this [m]; exact for two digits, else to "
       "the safe side");
   app.add_option("--share", choice.share, "Share of the pairs that may be beyond --max-error (default 0)");
+  // The pairs that count.
   app.add_option("--of", sets, "Decide from these sets alone: families, scenes, 'pairs' (default: all)");
   app.add_option("--classes", classes,
                  "Decide from pairs of these exact classes: apart, touching, deep (default: all). Deep: by "
@@ -54,11 +56,13 @@ void ChoiceOptions::add_to(CLI::App& app) {
   app.add_option("--within", choice.within,
                  "Pairs whose coordinates are up to this [m]; taken as the next power of ten from 1 to 1e7 "
                  "(default: all)");
+  // The parts of an answer that count.
   app.add_flag("--without-normals", without_normals, "Normals are not asked for");
   app.add_flag("--without-points", without_points, "Neither are closest points or contact points");
   app.add_option("--min-coverage", choice.min_coverage,
                  "Manifolds: a contact whose points cover less of the true patch counts as beyond; taken as "
                  "the next of 0.25, 0.5, 0.75, 0.8, 0.9, 0.95, 0.98, 0.99, 0.999");
+  // Time and allocations.
   app.add_option("--deadline", choice.deadline,
                  "A call's time at the 99.9th percentile, at most [s]: a pair a call, in scenes a frame");
   app.add_flag("--no-allocations", choice.no_allocations, "A backend that allocates in steady state is out");
@@ -110,6 +114,7 @@ struct RawOptions {
 };
 
 void add_options(CLI::App& app, Options& options, RawOptions& raw) {
+  // Backends: those of the build, plug-ins, engines.
   app.add_option("--backend", options.backends, "Backends to compare (default: all; --list names them)");
   app.add_option(
       "--plugin", options.plugins,
@@ -117,6 +122,7 @@ void add_options(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("--engine", options.engines,
                  "Commands of engines that read pairs and write answers, split at blanks "
                  "(adapters/process_engine/README.md)");
+  // Cases: families, scenes, files.
   app.add_option("--families", options.families,
                  "Pair families, 'all' or 'none' (default: all; none where --pairs, --capture, --corpus or "
                  "--scene brings "
@@ -137,13 +143,16 @@ void add_options(CLI::App& app, Options& options, RawOptions& raw) {
                  "Folder of a corpus (touchstone_bench corpus): its sets, held against its hashes and truth");
   app.add_option("--dynamics", options.dynamics_file,
                  "results.json of dynamics_run, for the page's section on dynamics drift");
+  // What is chosen for.
   raw.choice.add_to(app);
+  // One case, or a part of all.
   app.add_option("--case", options.case_id,
                  "Replay one case: family:index, a pair file's id, or scene:frame:pair");
   app.add_option(
       "--shard", raw.shard,
       "3/8: the third of 8 parts of the pairs alone, into a file in --output; compare_backends merge "
       "makes one report of all of them");
+  // The report, and how long the run takes.
   app.add_option("--output", options.output, "Folder of the report")->capture_default_str();
   app.add_option("--repetitions", options.repetitions, "Passes over each timed row")
       ->check(CLI::Range(1, 1000))

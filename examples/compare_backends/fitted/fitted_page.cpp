@@ -142,6 +142,7 @@ std::string fitted_page(const std::vector<FittedMesh>& meshes, const std::string
 }
 
 std::string fitted_plot(const FittedMesh& mesh) {
+  // The rows that can be drawn, and the ranges that they span.
   std::vector<std::string> backends;
   std::vector<const TotalErrorRow*> rows;
   double least = 1e300, most = 0.0, fastest = 1e300, slowest = 0.0;
@@ -155,10 +156,12 @@ std::string fitted_plot(const FittedMesh& mesh) {
     fastest = std::min(fastest, row.frame_ns), slowest = std::max(slowest, row.frame_ns);
   }
   if (rows.empty()) return "";
+  // Axes around those ranges.
   const LogScale x = log_scale(decades_around(least, most), kLeft, kRight);
   const LogScale y = log_scale(decades_around(fastest, slowest), kBottom, kTop);
   std::string svg = svg_open(kWidth, kHeight, "time a frame against total error", true) +
                     axes(x, y, mesh.name + ", time a frame");
+  // A curve a backend, with a mark at each cover.
   for (const std::string& backend : backends) {
     const int place = place_of(backends, backend);
     std::string line, marks;

@@ -319,6 +319,7 @@ void time_pairs(std::span<Timed> timed, const PairSet& set, const MeasureOptions
 // Every frame of every backend and query, shuffled; the average is over a frame, not a pair.
 void time_frames(std::span<Timed> timed, const PairSet& set, const MeasureOptions& options,
                  std::span<BackendAnswers> answers) {
+  // What is timed: a frame, asked one query of one backend.
   struct Item {
     std::size_t backend, frame;
     QueryKind kind;
@@ -346,6 +347,7 @@ void time_frames(std::span<Timed> timed, const PairSet& set, const MeasureOption
     time_frame(backend, set.frames() / 2, kind);
     return static_cast<double>(*thread_allocations() - before) / static_cast<double>(set.pairs.size());
   };
+  // Frames of each backend and query.
   for (std::size_t b = 0; b < timed.size(); ++b) {
     for (const QueryKind kind : kQueryKinds) {
       if (timed[b].narrowphase == nullptr || !any_answer(answers[b].queries[index_of(kind)])) continue;
@@ -355,6 +357,7 @@ void time_frames(std::span<Timed> timed, const PairSet& set, const MeasureOption
       for (std::size_t frame = 0; frame < set.frames(); frame += stride) items.push_back({b, frame, kind});
     }
   }
+  // All of them in random order, each repetition anew.
   std::vector<std::array<std::vector<double>, 3>> times(timed.size());
   Random random(mix_seed(options.seed, 0x6672616d, set.frames()));
   for (int repetition = 0; repetition < options.repetitions; ++repetition) {
