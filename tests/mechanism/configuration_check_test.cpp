@@ -112,20 +112,25 @@ TEST(ConfigurationCheck, AnswersAsAllPairsDoForAnArmAmongBlocks) {
   }
 }
 
-TEST(ConfigurationCheck, AnswersAsAllPairsDoForRandomMechanisms) {
-  Random random(5);
-  test::Draw draw(5);
+/// Random mechanisms among eight blocks, each asked about 40 configurations: the check answers as all pairs
+/// do.
+/// @param of_link draws a link's solid: of_link(random, draw). @param block draws an obstacle's:
+/// block(random, i).
+template <class OfLink, class Block>
+void expect_answers_of_all_pairs(unsigned seed, int mechanisms, const OfLink& of_link, const Block& block) {
+  Random random(seed);
+  test::Draw draw(seed);
   int free = 0, asked = 0;
-  for (int turn = 0; turn < 60; ++turn) {
+  for (int turn = 0; turn < mechanisms; ++turn) {
+    // The scene: up to three solids a link.
     MechanismDescription description = draw.mechanism();
     for (auto& link : description.links)
       for (int i = draw.integer(0, 3); i > 0; --i)
-        link.solids.push_back(
-            {std::to_string(i), random_solid(random, draw.chance(0.2) ? 1e-3 : 1.0), draw.pose(1.5)});
+        link.solids.push_back({std::to_string(i), of_link(random, draw), draw.pose(1.5)});
     ConfigurationScene scene{std::make_shared<const Mechanism>(description), draw.pose(2)};
     for (int i = 0; i < 8; ++i)
-      scene.obstacles.push_back(
-          {tree("block " + std::to_string(i), random_solid(random, 1.0)), draw.pose(6)});
+      scene.obstacles.push_back({tree("block " + std::to_string(i), block(random, i)), draw.pose(6)});
+    // Both are asked about the same joint values.
     const ConfigurationCheck check(scene, make_native());
     ConfigurationCheck::Scratch scratch = check.make_scratch();
     Plain plain(scene);
@@ -138,6 +143,13 @@ TEST(ConfigurationCheck, AnswersAsAllPairsDoForRandomMechanisms) {
   }
   EXPECT_GT(free, asked / 10);
   EXPECT_LT(free, asked * 9 / 10);
+}
+
+TEST(ConfigurationCheck, AnswersAsAllPairsDoForRandomMechanisms) {
+  const auto of_link = [](Random& random, test::Draw& draw) {
+    return random_solid(random, draw.chance(0.2) ? 1e-3 : 1.0);
+  };
+  expect_answers_of_all_pairs(5, 60, of_link, [](Random& random, int) { return random_solid(random, 1.0); });
 }
 
 /// Balls, capsules and padded blocks.
@@ -149,31 +161,9 @@ Hexahedron random_rounded(Random& random) {
 }
 
 TEST(ConfigurationCheck, AnswersAsAllPairsDoForRoundedSolids) {
-  Random random(51);
-  test::Draw draw(51);
-  int free = 0, asked = 0;
-  for (int turn = 0; turn < 40; ++turn) {
-    MechanismDescription description = draw.mechanism();
-    for (auto& link : description.links)
-      for (int i = draw.integer(0, 3); i > 0; --i)
-        link.solids.push_back({std::to_string(i), random_rounded(random), draw.pose(1.5)});
-    ConfigurationScene scene{std::make_shared<const Mechanism>(description), draw.pose(2)};
-    for (int i = 0; i < 8; ++i)
-      scene.obstacles.push_back(
-          {tree("block " + std::to_string(i), i % 2 ? random_solid(random, 1.0) : random_rounded(random)),
-           draw.pose(6)});
-    const ConfigurationCheck check(scene, make_native());
-    ConfigurationCheck::Scratch scratch = check.make_scratch();
-    Plain plain(scene);
-    for (int i = 0; i < 40; ++i, ++asked) {
-      const std::vector<double> q = random_values(*scene.mechanism, 1.0, draw);
-      const bool is_free = plain.is_free(q);
-      ASSERT_EQ(check.is_free(q, scratch), is_free) << turn << " " << i;
-      free += is_free;
-    }
-  }
-  EXPECT_GT(free, asked / 10);
-  EXPECT_LT(free, asked * 9 / 10);
+  expect_answers_of_all_pairs(
+      51, 40, [](Random& random, test::Draw&) { return random_rounded(random); },
+      [](Random& random, int i) { return i % 2 ? random_solid(random, 1.0) : random_rounded(random); });
 }
 
 /// A bar of 2 m along x turns about z; a post stands with its near face at y = 0.5, x from 1 to 2.

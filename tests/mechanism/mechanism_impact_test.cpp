@@ -21,25 +21,6 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-/// Links in a row, each joint `step` along x from the one before, all turning about `axis`.
-MechanismDescription straight_arm(int joints, double step, const Vector3& axis) {
-  MechanismDescription out;
-  out.name = "arm";
-  out.links.push_back({"0", {}, {}});
-  for (int j = 0; j < joints; ++j) {
-    JointDescription joint;
-    joint.name = "j" + std::to_string(j);
-    joint.kind = JointKind::revolute;
-    joint.parent = std::to_string(j);
-    joint.child = std::to_string(j + 1);
-    joint.X_PJ = at(j == 0 ? 0.0 : step, 0, 0);
-    joint.axis_J = axis;
-    out.joints.push_back(joint);
-    out.links.push_back({joint.child, {}, {}});
-  }
-  return out;
-}
-
 struct Against {
   std::array<Hexahedron, 2> solids;
   Pose X_OS;
@@ -70,7 +51,7 @@ struct Against {
 // Scene 4: a boom of half-width 0.175 and length 7.11 m lowers at 4 deg/s about a pivot 1.3589 m above the
 // Lab's crown, to 12 deg: contact where 7.11 sin a + 0.175 cos a = 1.3589.
 TEST(MechanismImpact, BoomMeetsTheCrown) {
-  const Mechanism arm(straight_arm(1, 0, Vector3::UnitY()));
+  const Mechanism arm(test::straight_arm(1, 0, Vector3::UnitY()));
   Against lab({7.11, 0.35, 0.35}, at(3.555, 0, 0), {8.5, 4.3, 1}, at(4.25, 0, -0.5));
   MechanismPath path(arm);
   path.set(at(0, 0, 1.3589), std::vector{0.0}, std::vector{12 * kDegree});
@@ -87,7 +68,7 @@ TEST(MechanismImpact, BoomMeetsTheCrown) {
 // Scene 5 b: a 50 mm bar at the end of a straight arm of seven joints turns at 4 deg/s towards a parallel
 // face 5 mm ahead.
 TEST(MechanismImpact, BarOnAStraightArmDoesNotTunnel) {
-  const Mechanism arm(straight_arm(7, 2, Vector3::UnitZ()));
+  const Mechanism arm(test::straight_arm(7, 2, Vector3::UnitZ()));
   Against wall({0.05, 0.05, 0.05}, at(16.9378 - 12, -0.025, 0), {1, 0.05, 1}, at(16.9378, 0.005 + 0.025, 0));
   MechanismPath path(arm);
   const std::vector<double> from(7, 0.0);
@@ -104,7 +85,7 @@ TEST(MechanismImpact, BarOnAStraightArmDoesNotTunnel) {
 // The elbow undoes the shoulder's turn: the bar is carried round a circle without turning, and meets the face
 // where 2 sin(a) = 5 mm.
 TEST(MechanismImpact, BarCarriedWithoutTurning) {
-  const Mechanism arm(straight_arm(2, 2, Vector3::UnitZ()));
+  const Mechanism arm(test::straight_arm(2, 2, Vector3::UnitZ()));
   Against wall({0.05, 0.05, 0.05}, at(3, -0.025, 0), {1, 0.05, 1}, at(5, 0.005 + 0.025, 0));
   MechanismPath path(arm);
   path.set({}, std::vector{0.0, 0.0}, std::vector{0.1, -0.1});
@@ -115,7 +96,7 @@ TEST(MechanismImpact, BarCarriedWithoutTurning) {
 
 // Seven joints turn by up to a right angle each, parallel to a face at twice the gap.
 TEST(MechanismImpact, SweepingParallelToAFaceTakesFewQueries) {
-  const Mechanism arm(straight_arm(7, 1, Vector3::UnitZ()));
+  const Mechanism arm(test::straight_arm(7, 1, Vector3::UnitZ()));
   Against slab({1, 0.2, 0.2}, at(0.5, 0, 0), {40, 40, 1}, at(0, 0, -0.1 - 2 * kGap - 0.5));
   test::Draw draw(9);
   int worst = 0;
@@ -132,7 +113,17 @@ TEST(MechanismImpact, SweepingParallelToAFaceTakesFewQueries) {
   EXPECT_LE(worst, 16);
 }
 
-// Paths that are called clear are: random spatial arms, and boxes in their way.
+/// A path of a random arm, its joint values changed by up to `step`.
+MechanismPath draw_path(const Mechanism& arm, double step, test::Draw& draw) {
+  std::vector<double> from(arm.value_count()), to(arm.value_count());
+  for (std::size_t i = 0; i < from.size(); ++i)
+    from[i] = draw.real(-2, 2), to[i] = from[i] + draw.real(-step, step);
+  MechanismPath path(arm);
+  path.set(draw.pose(2), from, to);
+  return path;
+}
+
+// Paths that are called clear are: random arms in space, and boxes near them.
 TEST(MechanismImpact, ExecutedPathsKeepHalfTheGap) {
   for (const double step : {0.02, 0.5, 3.0}) {
     test::Draw draw(static_cast<std::uint64_t>(100 * step) + 17);
@@ -140,11 +131,7 @@ TEST(MechanismImpact, ExecutedPathsKeepHalfTheGap) {
     while (pairs < 1500) {
       const Mechanism arm(draw.mechanism());
       const auto link = static_cast<std::uint32_t>(arm.joints().size());
-      std::vector<double> from(arm.value_count()), to(arm.value_count());
-      for (std::size_t i = 0; i < from.size(); ++i)
-        from[i] = draw.real(-2, 2), to[i] = from[i] + draw.real(-step, step);
-      MechanismPath path(arm);
-      path.set(draw.pose(2), from, to);
+      const MechanismPath path = draw_path(arm, step, draw);
       if (!path.moves(link)) continue;
       Pose X_WO = draw.pose(1);
       // Somewhere near the link's way.
@@ -176,7 +163,7 @@ TEST(MechanismImpact, ExecutedPathsKeepHalfTheGap) {
 // about that corner: they part by a gap, and a plane fixed in the world is left at once.
 TEST(MechanismImpact, APlateThatTurnsAsAnArmPushesItIsFollowed) {
   constexpr double kTilt = 2e-3, kPush = 2e-5, kTurn = 6e-5;
-  const Mechanism arm(straight_arm(2, 2, Vector3::UnitZ()));
+  const Mechanism arm(test::straight_arm(2, 2, Vector3::UnitZ()));
   Against plate({0.05, 0.05, 0.05}, at(3, -0.025, 0), {1, 0.05, 1}, {});
   // The bar's corner is at (4.975, 0), before the middle of the plate's face.
   const Matrix3 R_WO = rotation_about(Vector3::UnitZ(), kTilt);
@@ -204,11 +191,7 @@ TEST(MechanismImpact, ExecutedPathsOnTurningBoxesKeepWhatTheyHad) {
     while (pairs < 1500) {
       const Mechanism arm(draw.mechanism());
       const auto link = static_cast<std::uint32_t>(arm.joints().size());
-      std::vector<double> from(arm.value_count()), to(arm.value_count());
-      for (std::size_t i = 0; i < from.size(); ++i)
-        from[i] = draw.real(-2, 2), to[i] = from[i] + draw.real(-step, step);
-      MechanismPath path(arm);
-      path.set(draw.pose(2), from, to);
+      const MechanismPath path = draw_path(arm, step, draw);
       if (!path.moves(link)) continue;
       Against box({draw.real(0.1, 2), draw.real(0.1, 2), draw.real(0.1, 2)}, draw.pose(0.5),
                   {draw.real(0.5, 2), draw.real(0.5, 2), draw.real(0.5, 2)}, {});

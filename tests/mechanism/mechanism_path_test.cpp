@@ -149,20 +149,10 @@ TEST(MechanismPath, BulgeHoldsOverTheWholePath) {
   }
 }
 
+/// Every link of 5 m, 0.1 m above the one before.
 MechanismDescription planar_arm(int joints) {
-  MechanismDescription out;
-  out.name = "planar";
-  out.links.push_back({"0", {}, {}});
-  for (int j = 0; j < joints; ++j) {
-    JointDescription joint;
-    joint.name = "j" + std::to_string(j);
-    joint.kind = JointKind::revolute;
-    joint.parent = std::to_string(j);
-    joint.child = std::to_string(j + 1);
-    joint.X_PJ.p = {j == 0 ? 0.0 : 5.0, 0, 0.1 * j};
-    out.joints.push_back(joint);
-    out.links.push_back({joint.child, {}, {}});
-  }
+  MechanismDescription out = test::straight_arm(joints, 5.0, Vector3::UnitZ());
+  for (int j = 0; j < joints; ++j) out.joints[static_cast<std::size_t>(j)].X_PJ.p.z() = 0.1 * j;
   return out;
 }
 

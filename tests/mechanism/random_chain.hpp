@@ -6,6 +6,25 @@
 
 namespace touchstone::test {
 
+/// Links in a row, each joint `step` along x from the one before, all turning about `axis`.
+inline MechanismDescription straight_arm(int joints, double step, const Vector3& axis) {
+  MechanismDescription out;
+  out.name = "arm";
+  out.links.push_back({"0", {}, {}});
+  for (int j = 0; j < joints; ++j) {
+    JointDescription joint;
+    joint.name = "j" + std::to_string(j);
+    joint.kind = JointKind::revolute;
+    joint.parent = std::to_string(j);
+    joint.child = std::to_string(j + 1);
+    joint.X_PJ.p.x() = j == 0 ? 0.0 : step;
+    joint.axis_J = axis;
+    out.joints.push_back(joint);
+    out.links.push_back({joint.child, {}, {}});
+  }
+  return out;
+}
+
 /// Draws mechanisms and paths; the same on every standard library for a seed.
 class Draw {
  public:
