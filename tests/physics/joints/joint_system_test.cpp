@@ -91,13 +91,18 @@ Mechanism double_arm() {
   return Mechanism(description);
 }
 
-TEST(JointSystem, ADoublePendulumOfBodiesSwingsAsTheArmOfTheSameLinks) {
-  Linkage linkage = double_pendulum();
-  const Mechanism arm = double_arm();
+/// The arm's links are the pendulum's rods.
+std::vector<BodyInertia> double_arm_links() {
   std::vector<BodyInertia> links(3);
   links[1] = transform(at({0.5, 0, 0}), box_inertia(2, {1, 0.1, 0.1}));
   links[2] = transform(at({0.4, 0, 0}), box_inertia(1, {0.8, 0.1, 0.1}));
-  const MechanismDynamics dynamics(arm, links);
+  return links;
+}
+
+TEST(JointSystem, ADoublePendulumOfBodiesSwingsAsTheArmOfTheSameLinks) {
+  Linkage linkage = double_pendulum();
+  const Mechanism arm = double_arm();
+  const MechanismDynamics dynamics(arm, double_arm_links());
   auto workspace = dynamics.make_workspace();
   std::vector<double> q{0, 0}, qd{0, 0}, tau{0, 0};
   const double energy = linkage.energy(kGravity);
@@ -268,10 +273,7 @@ TEST(JointSystem, HingesThatAreNotAlignedAreMetHalfWayAndSaid) {
 TEST(JointSystem, ALoopThroughAnArmAndABodyHoldsAndAllocatesNothing) {
   // The arm's tip carries a bar that hangs on the ground as well.
   const Mechanism arm = double_arm();
-  std::vector<BodyInertia> links(3);
-  links[1] = transform(at({0.5, 0, 0}), box_inertia(2, {1, 0.1, 0.1}));
-  links[2] = transform(at({0.4, 0, 0}), box_inertia(1, {0.8, 0.1, 0.1}));
-  const MechanismDynamics dynamics(arm, links);
+  const MechanismDynamics dynamics(arm, double_arm_links());
   auto workspace = dynamics.make_workspace();
   std::vector<double> q{0, 0.4}, qd{0, 0}, tau{0, 0};
   dynamics.place({}, q, qd, workspace);
