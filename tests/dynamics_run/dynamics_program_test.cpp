@@ -187,22 +187,10 @@ TEST_F(DynamicsRun, BadOptionsAndInputAreRefusedInOneLine) {
 }
 
 TEST_F(DynamicsRun, NothingOfAnybodyElsesIsReplaced) {
-  const std::string small = "--scene 08_pushed_offset --backend native --every 100 --repetitions 1 --out ";
-  write("precious", "not a report");
-  for (int turn = 0; turn < 2; ++turn) EXPECT_EQ(run(small + folder_.string()).code, 0);
-  EXPECT_EQ(read(folder_ / "precious"), "not a report");
-  for (const char* name : {"results.json", "results.csv", "series/08_pushed_offset.native.csv",
-                           "contacts/08_pushed_offset.native.csv", "plots/08_pushed_offset.svg"}) {
-    EXPECT_TRUE(fs::exists(folder_ / name)) << name;
-    fs::create_directories((folder_ / "other" / name).parent_path());
-    write(std::string("other/") + name, "mine");
-    const Outcome outcome = run(small + (folder_ / "other").string());
-    EXPECT_EQ(outcome.code, 2);
-    EXPECT_THAT(outcome.err,
-                HasSubstr(std::string("other/") + name + " is there and no earlier run wrote it"));
-    EXPECT_EQ(read(folder_ / "other" / name), "mine");
-    fs::remove_all(folder_ / "other");
-  }
+  expect_files_of_others_are_kept(
+      "--scene 08_pushed_offset --backend native --every 100 --repetitions 1 --out ",
+      {"results.json", "results.csv", "series/08_pushed_offset.native.csv",
+       "contacts/08_pushed_offset.native.csv", "plots/08_pushed_offset.svg"});
 }
 
 TEST_F(DynamicsRun, ListsScenesAndBackendsAndHelps) {

@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <initializer_list>
 #include <string>
 #include <thread>
 #include <type_traits>
@@ -94,6 +95,27 @@ class ProgramTest : public FolderTest {
     std::filesystem::remove(out);
     std::filesystem::remove(err);
     return {outcome, elapsed.count()};
+  }
+
+  /// A run writes into a folder beside others' files, and again over its own; where another file has the name
+  /// of one of its files, it ends with an error and leaves that file as it is.
+  /// @param command what to run, up to the folder. @param names some of its files.
+  void expect_files_of_others_are_kept(const std::string& command, std::initializer_list<const char*> names) {
+    write("precious", "mine");
+    for (int turn = 0; turn < 2; ++turn) EXPECT_EQ(run(command + folder_.string()).code, 0);
+    EXPECT_EQ(read(folder_ / "precious"), "mine");
+    for (const char* name : names) {
+      EXPECT_TRUE(std::filesystem::exists(folder_ / name)) << name;
+      const std::filesystem::path other = folder_ / "other";
+      std::filesystem::create_directories((other / name).parent_path());
+      write(std::string("other/") + name, "mine");
+      const Outcome outcome = run(command + other.string());
+      EXPECT_EQ(outcome.code, 2);
+      const std::string refusal = std::string("other/") + name + " is there and no earlier run wrote it";
+      EXPECT_NE(outcome.err.find(refusal), std::string::npos) << outcome.err;
+      EXPECT_EQ(read(other / name), "mine");
+      std::filesystem::remove_all(other);
+    }
   }
 
  private:

@@ -691,20 +691,8 @@ TEST_F(TrainingRun, SaysWhatIsWrongWithItsInput) {
 }
 
 TEST_F(TrainingRun, NothingOfAnybodyElsesIsReplaced) {
-  const std::string small = "--scene 05_plates --out ";
-  write("notes.md", "mine");
-  for (int turn = 0; turn < 2; ++turn) EXPECT_EQ(run(small + folder_.string()).code, 0);
-  EXPECT_EQ(read(folder_ / "notes.md"), "mine");
-  for (const char* name : {"results.json", "results.csv", "plots/05_plates.svg"}) {
-    EXPECT_TRUE(fs::exists(folder_ / name)) << name;
-    fs::create_directories((folder_ / "other" / name).parent_path());
-    write(std::string("other/") + name, "mine");
-    const Outcome outcome = run(small + (folder_ / "other").string());
-    EXPECT_EQ(outcome.code, 2);
-    EXPECT_THAT(outcome.err,
-                HasSubstr(std::string("other/") + name + " is there and no earlier run wrote it"));
-    fs::remove_all(folder_ / "other");
-  }
+  expect_files_of_others_are_kept("--scene 05_plates --out ",
+                                  {"results.json", "results.csv", "plots/05_plates.svg"});
 }
 
 TEST_F(TrainingRun, ARecordReplacesNoFileThatIsNotOfAnEarlierRun) {
