@@ -14,19 +14,9 @@ namespace {
 // ---- classes
 
 const char* class_fault(PairStatus status, bool contact) {
-  switch (status) {
-    case PairStatus::separated:
-      return contact ? "missed contact" : nullptr;
-    case PairStatus::overlapping:
-      return contact ? nullptr : "phantom contact";
-    case PairStatus::undecided:
-      return "undecided";
-    case PairStatus::failed:
-      return "failed";
-    case PairStatus::unsupported:
-      return "unsupported";
-  }
-  return "failed";
+  if (status == PairStatus::separated) return contact ? "missed contact" : nullptr;
+  if (status == PairStatus::overlapping) return contact ? nullptr : "phantom contact";
+  return to_string(status).data();
 }
 
 void count(Wrongness& wrongness, PairStatus status, bool contact, bool missing) {
