@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/motion/impact.hpp"
 
@@ -20,6 +22,14 @@ struct Stretch {
   bool at_end;
   double least_at_end;  ///< the projections are at least this far apart there; only if at_end
 };
+
+/// The first t at which c + b t - q t^2 / 2 falls below 0; c is taken as at least 0.
+inline double first_root(double c, double b, double q) {
+  if (c < 0.0) c = 0.0;
+  if (q <= 0.0) return b < 0.0 ? c / -b : kInfinity;
+  const double root = std::sqrt(b * b + 2.0 * q * c);
+  return b < 0.0 ? 2.0 * c / (root - b) : (root + b) / q;
+}
 
 /// A solid at one s of its path.
 struct PlacedSolid {
