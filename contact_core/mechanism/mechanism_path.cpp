@@ -133,7 +133,7 @@ void MechanismPath::take_rates(const Mechanism::Joint& joint, const BodyState& i
                                BodyState& outer) const noexcept {
   outer.centre_W = outer.X_WO.p;
   outer.angular_velocity_W = inner.angular_velocity_W;
-  outer.velocity_W = inner.velocity_W + cross(inner.angular_velocity_W, outer.centre_W - inner.centre_W);
+  outer.velocity_W = point_velocity(inner, outer.centre_W);
   if (joint.value == Mechanism::kNone) return;
   const double rate = q1_[joint.value] - q0_[joint.value];
   if (rate == 0.0) return;

@@ -75,8 +75,7 @@ double uneven_curvature(const Direction& along, const PlacedSolid& placed, const
   const BodyState& state = placed.state;
   const double acceleration = placed.moving->path->bounds(placed.moving->body, state, p).acceleration;
   const double tilt = norm(cross(along.turn, along.n));
-  const Vector3 velocity = state.velocity_W + cross(state.angular_velocity_W, p - state.centre_W);
-  const double rate = norm(velocity - along.velocity) + along.longest * acceleration;
+  const double rate = norm(point_velocity(state, p) - along.velocity) + along.longest * acceleration;
   const double reach = norm(p - along.centre) + along.longest * rate;
   return tilt * (norm(along.turn) * reach + 2.0 * rate) + acceleration;
 }
@@ -95,7 +94,7 @@ Extent extent_along(const PlacedSolid& placed, const Direction& along, const Hei
     out.slope[k] = out.curvature[k] = 0.0;
     if (stands) continue;
     const Vector3 p = points[k] = placed.vertices.vertex(i);
-    out.slope[k] = dot(along.n, state.velocity_W + cross(state.angular_velocity_W, p - state.centre_W));
+    out.slope[k] = dot(along.n, point_velocity(state, p));
     if (along.is_fixed()) continue;
     out.slope[k] += dot(cross(along.turn, along.n), p - along.centre) - dot(along.n, along.velocity);
     out.curvature[k] =
@@ -192,10 +191,7 @@ Direction edge_direction(const PlacedSolid& a, const PlacedSolid& b, const PairG
   along.turn = cross(n, rate);
   // Midway, so that (b, a) gives the same.
   along.centre = 0.5 * (geometry.p_A_W + geometry.p_B_W);
-  const auto velocity_on = [&](const BodyState& state) {
-    return Vector3(state.velocity_W + cross(state.angular_velocity_W, along.centre - state.centre_W));
-  };
-  along.velocity = 0.5 * (velocity_on(on_a) + velocity_on(on_b));
+  along.velocity = 0.5 * (point_velocity(on_a, along.centre) + point_velocity(on_b, along.centre));
   return along;
 }
 
@@ -403,14 +399,11 @@ double scale_of(const PlacedSolid& a, const PlacedSolid& b) {
 }
 
 double relative_speed(const PlacedSolid& a, const PlacedSolid& b) {
-  const auto velocity = [](const BodyState& state, const Vector3& p) {
-    return Vector3(state.velocity_W + cross(state.angular_velocity_W, p - state.centre_W));
-  };
   double fastest = 0.0;
   for (const PlacedSolid* placed : {&a, &b}) {
     for (int i = 0; i < Hexahedron::kVertices; ++i) {
       const Vector3 p = placed->vertices.vertex(i);
-      fastest = std::max(fastest, norm(velocity(a.state, p) - velocity(b.state, p)));
+      fastest = std::max(fastest, norm(point_velocity(a.state, p) - point_velocity(b.state, p)));
     }
   }
   const double reach = std::max(radius_of(a), radius_of(b));

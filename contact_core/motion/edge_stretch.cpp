@@ -116,11 +116,8 @@ Stretch edge_stretch(const PlacedSolid& a, const PlacedSolid& b, const EdgePair&
   };
   const Vector3 &p = pair.p, &q = pair.q, d = q - p;
   const EdgeMotion motion{bounds_of(a, p), bounds_of(b, q)};
-  const auto velocity_of = [](const BodyState& state, const Vector3& x) {
-    return Vector3(state.velocity_W + cross(state.angular_velocity_W, x - state.centre_W));
-  };
   // Rates are exact at s; their bounds hold for the whole stretch.
-  const Vector3 rate = velocity_of(on_b, q) - velocity_of(on_a, p);
+  const Vector3 rate = point_velocity(on_b, q) - point_velocity(on_a, p);
   const Vector3 N_rate =
       cross(cross(on_a.angular_velocity_W, e), f) + cross(e, cross(on_b.angular_velocity_W, f));
   const double acceleration = motion.a.acceleration + motion.b.acceleration;

@@ -19,6 +19,11 @@ struct BodyState {
   Vector3 angular_velocity_W = Vector3::Zero();  ///< [rad]
 };
 
+/// The velocity of the point fixed in the body that is at p_W.
+inline Vector3 point_velocity(const BodyState& state, const Vector3& p_W) {
+  return state.velocity_W + cross(state.angular_velocity_W, p_W - state.centre_W);
+}
+
 /// Bounds on how a body and a point fixed in it move, over the rest of a path.
 struct MotionBounds {
   double speed, acceleration;  ///< of the point [m]
@@ -37,10 +42,9 @@ class MotionPath {
   /// about a fixed direction: contacts may then be followed by planes that turn with the body.
   virtual bool is_steady() const noexcept { return false; }
 
-  /// A bound on |d^2/ds^2 (n . p)| over [s, 1] for a point p fixed in the body, of which `offset_W` is p - O
-  /// at s.
-  /// @param n_W unit, fixed in the world.
-  virtual double curvature_bound(std::uint32_t body, const BodyState& state, const Vector3& offset_W,
+  /// A bound on |d^2/ds^2 (n . p)| over [s, 1] for a point p fixed in the body.
+  /// @param state of the body at s. @param p_W where the point is at s. @param n_W unit, fixed in the world.
+  virtual double curvature_bound(std::uint32_t body, const BodyState& state, const Vector3& p_W,
                                  const Vector3& n_W) const noexcept = 0;
   /// Over [s, 1], of the point that is at p_W at s.
   virtual MotionBounds bounds(std::uint32_t body, const BodyState& state,

@@ -50,7 +50,7 @@ Vector3 pressed_point(const WorldModel& model, NarrowphaseQuery& query, const Pi
   const Vector3 n = is_a ? Vector3(-geometry.n_AB_W) : geometry.n_AB_W;  // from the obstacle
   const BodyState start = RigidPath::between(model.objects[root].X_WO, goal).at(0, 0.0);
   const auto key = [&](const Vector3& p) {
-    const double away = dot(n, start.velocity_W + cross(start.angular_velocity_W, p - start.centre_W));
+    const double away = dot(n, point_velocity(start, p));
     return std::tuple(away, p.x(), p.y(), p.z());
   };
   const Vector3* pressed = nullptr;
