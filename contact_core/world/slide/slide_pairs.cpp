@@ -6,29 +6,18 @@
 
 #include "touchstone/contact_core/motion/clear_stretch.hpp"
 #include "touchstone/contact_core/world/model/reserve_more.hpp"
+#include "touchstone/contact_core/world/slide/slide_reach.hpp"
 
 namespace touchstone {
 namespace {
 
-/// Rounding of distances and of poses.
-constexpr double kUp = 1.0 + 0x1p-20;
 /// Rounds sums of travels down.
 constexpr double kDown = 1.0 - 0x1p-50;
 /// Pairs that a lane takes at once.
 constexpr std::size_t kSlidersAtOnce = 16;
 constexpr std::size_t kPairsAtOnce = 64;
 
-std::uint32_t other_link(const WorldModel& model, const Slider& slider, SolidIndex other) {
-  return model.root_of(other) == slider.root ? model.objects[model.body_of(other)].link
-                                             : slider.arm->mechanism->base();
-}
-
-Vector3 slide_centre(const WorldModel& model, const Slider& slider, SolidIndex solid) {
-  if (slider.arm != nullptr) return slider.arm->X_WL[model.objects[model.body_of(solid)].link].p;
-  return transform(model.objects[slider.root].X_WO, slider.metric.centre);
-}
-
-/// Who slides beside the slider and is in the pair, or null.
+/// The slider beside this one that is in the pair, or null.
 const Slider* other_slider(const SlidePairs::Scope& scope, const Slider& slider, SolidIndex obstacle) {
   const Slider* other = scope.sliders.find(scope.model.root_of(obstacle));
   return other == nullptr || other == &slider || other->done ? nullptr : other;
@@ -45,14 +34,6 @@ double other_reach(const SlidePairs::Scope& scope, const Slider& slider, const S
 bool go_as_one(const SlidePairs::Scope& scope, const SolidPair& pair) {
   const std::uint32_t a = scope.model.root_of(pair.a), b = scope.model.root_of(pair.b);
   return scope.sliders.leader_of(a) == scope.sliders.leader_of(b);
-}
-
-/// How far the slider's side of a pair can still go.
-double reach_of_pair(const WorldModel& model, const Slider& slider, const SolidPair& pair) {
-  const auto [mover, obstacle] = model.mover_first(pair, slider.root);
-  double reach = slide_reach(model, slider, mover, obstacle);
-  if (model.root_of(obstacle) == slider.root) reach += slide_reach(model, slider, obstacle, mover);
-  return reach;
 }
 
 /// Whether a rigid slider could come to meet what it is watched with.
@@ -83,66 +64,6 @@ bool is_passed_by(const SlidePairs::Scope& scope, const Slider& slider, const Fr
   first.stop = model.root_of(a) == slider.root ? 1.0 : 0.0;
   second.stop = model.root_of(b) == slider.root ? 1.0 : 0.0;
   return stays_apart_along(first, second, watch.axis_W, pair.interest);
-}
-
-/// How far a rigid slider may take what is in the sphere.
-double rigid_reach(const WorldModel& model, const Slider& slider, const Sphere& sphere_W) {
-  const Vector3 centre_W = transform(model.objects[slider.root].X_WO, slider.metric.centre);
-  const double furthest = norm(sphere_W.centre - centre_W) + sphere_W.radius;
-  return kUp * slider.distance * (1.0 + slider.turn_rate() * furthest);
-}
-
-}  // namespace
-
-double slide_reach(const WorldModel& model, const Slider& slider, SolidIndex solid, SolidIndex other) {
-  const Vector3 centre_W = slide_centre(model, slider, solid);
-  const Sphere& sphere = model.layout.solids[solid].bounding_sphere();
-  const double furthest = norm(transform(model.from[solid], sphere.centre) - centre_W) + sphere.radius;
-  if (slider.arm == nullptr) return kUp * slider.distance * (1.0 + slider.turn_rate() * furthest);
-  return kUp * slider.distance *
-         slider.arm->frame.reach(model.objects[model.body_of(solid)].link, other_link(model, slider, other),
-                                 furthest, slider.arm->weights);
-}
-
-bool plan_goes_beyond(WorldModel& model, const Slider& slider) {
-  Travels& travels = model.travels;
-  bool is_beyond = false;
-  model.for_each_member(slider.root, [&](std::uint32_t slot) {
-    const bool is_carried_on = model.moves(slot);
-    model.for_each_solid_of(slot, [&](SolidIndex i) {
-      const double planned = is_carried_on ? model.travel_on(*slider.arm, i) : 0.0;
-      travels.planned_solid[i] = planned;
-      is_beyond = is_beyond || !(travels.of_solid[i] + planned <= travels.imminent_solid[i]);
-    });
-  });
-  model.measure_link_travels(*slider.arm, travels.planned_link_pair);
-  slider.arm->planned_path = slider.arm->paths, slider.arm->planned_after = travels.clearings;
-  const std::size_t links = slider.arm->X_WL.size(), first_link_pair = slider.arm->first_link_pair;
-  for (std::size_t k = first_link_pair; k < first_link_pair + links * links; ++k)
-    is_beyond = is_beyond ||
-                !(travels.of_link_pair[k] + travels.planned_link_pair[k] <= travels.imminent_link_pair[k]);
-  return is_beyond;
-}
-
-namespace {
-
-/// Whether more may come near a rigid slider's object than is watched. Notes how far on it has to be.
-bool object_is_wanting(WorldModel& model, const Slider& slider, std::uint32_t slot) {
-  Travels& travels = model.travels;
-  if (const ObjectLevels* levels = model.layout.levels[slot]) {
-    const Sphere sphere_W{transform(model.objects[slot].X_WO, levels->sphere_O().centre),
-                          levels->sphere_O().radius};
-    const double needed = 2.0 * (rigid_reach(model, slider, sphere_W) + travels.last_object[slot]);
-    travels.needed_object[slot] = needed;
-    return travels.of_object[slot] + needed > travels.object_limit[slot];
-  }
-  bool is_wanting = false;
-  model.for_each_solid_of(slot, [&](SolidIndex i) {
-    const double needed = 2.0 * (slide_reach(model, slider, i, i) + travels.last_solid[i]);
-    travels.needed[i] = needed;
-    is_wanting = is_wanting || travels.of_solid[i] + needed > travels.solid_limit[i];
-  });
-  return is_wanting;
 }
 
 }  // namespace

@@ -127,13 +127,6 @@ class SlidePairs {
   std::vector<std::uint32_t> wanting_;  // slots, of begin()
 };
 
-/// How far a slider's solid can still go, as seen from the other one [m].
-double slide_reach(const WorldModel& model, const Slider& slider, SolidIndex solid, SolidIndex other);
-
-/// How far the path that an arm has laid takes each solid, into the travels' plan. @returns whether that is
-/// further than the imminent pairs were chosen for: then there is more to meet.
-bool plan_goes_beyond(WorldModel& model, const Slider& slider);
-
 /// Takes up in a frame's pairs, which are sorted by solids, what slides looked at and is not known to be
 /// apart at their end. @param contacts as the frame began, sorted.
 void merge_slide_pairs(WorldModel& model, PairWatch& watched, std::span<const ContactState> contacts,

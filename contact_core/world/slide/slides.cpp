@@ -13,6 +13,7 @@
 #include "touchstone/contact_core/world/slide/leading_paths.hpp"
 #include "touchstone/contact_core/world/slide/rigid_plan.hpp"
 #include "touchstone/contact_core/world/slide/shove.hpp"
+#include "touchstone/contact_core/world/slide/slide_reach.hpp"
 
 namespace touchstone {
 namespace {
