@@ -17,7 +17,7 @@
 namespace touchstone {
 namespace {
 
-using scene_files::quoted;
+using scene_files::in_quotes;
 using scene_files::read_positive;
 using scene_files::YamlReader;
 using scene_files::YamlSource;
@@ -73,7 +73,7 @@ WarpPolicy read_warp(const YamlReader& choice) {
   if (choice.text() == "refuse") return WarpPolicy::refuse;
   if (choice.text() == "within_tolerance") return WarpPolicy::within_tolerance;
   if (choice.text() == "accept") return WarpPolicy::accept;
-  choice.fail("unknown choice " + quoted(choice.text()) + "; known: refuse, within_tolerance, accept");
+  choice.fail("unknown choice " + in_quotes(choice.text()) + "; known: refuse, within_tolerance, accept");
 }
 
 Hexahedron read_vertices(const YamlReader& reader, const std::string& name) {
@@ -82,7 +82,7 @@ Hexahedron read_vertices(const YamlReader& reader, const std::string& name) {
   for (const YamlReader& vertex : reader.at("vertices").list()) vertices.push_back(vertex.length3());
   const WarpPolicy warp =
       reader.has("warped") ? read_warp(reader.at("warped")) : WarpPolicy::within_tolerance;
-  return Hexahedron::from_vertices(vertices, warp, "hexahedron " + quoted(name));
+  return Hexahedron::from_vertices(vertices, warp, "hexahedron " + in_quotes(name));
 }
 
 std::pair<double, double> read_half_widths(const YamlReader& reader) {
@@ -104,7 +104,7 @@ scene_files::RingSize read_ring(const YamlReader& reader) {
   const YamlReader radius = reader.at("radius");
   const std::string convention = radius.text();
   if (convention != "inscribed" && convention != "circumscribed")
-    radius.fail("unknown convention " + quoted(convention) + "; known: inscribed, circumscribed");
+    radius.fail("unknown convention " + in_quotes(convention) + "; known: inscribed, circumscribed");
   return {reader.at("outer_radius").length(), reader.at("inner_radius").length(),
           reader.at("height").length(), reader.at("facets").integer(), convention == "inscribed"};
 }
@@ -117,7 +117,7 @@ scene_files::WallsSize read_walls(const YamlReader& reader) {
   for (const YamlReader& item : reader.at("open").list()) {
     const auto side = std::find(sides.begin(), sides.end(), item.text());
     if (side == sides.end())
-      item.fail("unknown side " + quoted(item.text()) + "; known: -x, +x, -y, +y, -z, +z");
+      item.fail("unknown side " + in_quotes(item.text()) + "; known: -x, +x, -y, +y, -z, +z");
     size.open.push_back(static_cast<int>(side - sides.begin()));
   }
   return size;
@@ -132,7 +132,7 @@ struct ObjectParts {
 
 /// Spheres, capsules, boxes with a radius all round.
 Hexahedron read_rounded(const YamlReader& shape, const std::string& kind, const std::string& name) {
-  const std::string label = "hexahedron " + quoted(name);
+  const std::string label = "hexahedron " + in_quotes(name);
   if (kind == "sphere") {
     shape.require_keys({"radius"});
     return Hexahedron::sphere(shape.at("radius").length(), label);
@@ -156,13 +156,13 @@ void add_ring(const YamlReader& reader, const Pose& X_OS, const std::string& nam
 
 void add_solids(const YamlReader& part, const std::string& kind, const std::string& name,
                 ObjectParts& parts) {
-  const YamlReader named = part.within("hexahedron " + quoted(name));
+  const YamlReader named = part.within("hexahedron " + in_quotes(name));
   const Pose X_OS = part.has("pose") ? read_pose(named.at("pose")) : Pose{};
   const YamlReader shape = named.at(kind);
   if (kind == "box") {
     shape.require_keys({"size"});
     parts.solids.push_back(
-        {name, Hexahedron::from_size(shape.at("size").length3(), "hexahedron " + quoted(name)), X_OS});
+        {name, Hexahedron::from_size(shape.at("size").length3(), "hexahedron " + in_quotes(name)), X_OS});
   } else if (kind == "hexahedron") {
     parts.solids.push_back({name, read_vertices(shape, name), X_OS});
   } else if (kind == "frustum") {
@@ -183,7 +183,7 @@ void read_part(const YamlReader& part, std::set<std::string>& names, ObjectParts
   part.require_keys(
       {"name", "pose", "box", "hexahedron", "frustum", "ring", "walls", "sphere", "capsule", "rounded_box"});
   const std::string name = part.at("name").text();
-  const YamlReader named = part.within("hexahedron " + quoted(name));
+  const YamlReader named = part.within("hexahedron " + in_quotes(name));
   if (name.empty()) part.fail("a hexahedron's name is empty");
   std::vector<std::string> kinds;
   for (const char* kind : kKinds)
@@ -235,7 +235,7 @@ Motion read_motion(const YamlReader& reader, double scene_duration, const std::s
     }
   }
   try {
-    validate_motion(motion, "object " + quoted(object));
+    validate_motion(motion, "object " + in_quotes(object));
   } catch (const InputError& error) {
     reader.fail_bare(error.what());
   }
@@ -264,13 +264,14 @@ std::vector<std::shared_ptr<const HexahedronTree>> read_levels(const YamlReader&
 SceneObject read_object(const YamlReader& item, double scene_duration, std::set<std::string>& names,
                         Scene& scene) {
   const std::string name = item.has("name") ? item.at("name").text() : "";
-  const YamlReader reader = name.empty() ? item : item.within("object " + quoted(name));
+  const YamlReader reader = name.empty() ? item : item.within("object " + in_quotes(name));
   reader.require_keys({"name", "pose", "groups", "hexahedra", "motion", "copies", "static", "levels"});
   if (name.empty()) reader.fail("object without a name");
   if (!names.insert(name).second) reader.fail("the name occurs twice");
   ObjectParts parts{name, {}, {}};
   std::set<std::string> part_names;
-  const YamlReader hexahedra(reader.at("hexahedra").node(), reader.source(), "object " + quoted(name) + ": ");
+  const YamlReader hexahedra(reader.at("hexahedra").node(), reader.source(),
+                             "object " + in_quotes(name) + ": ");
   for (const YamlReader& part : hexahedra.list()) read_part(part, part_names, parts);
   if (parts.solids.empty()) hexahedra.fail("no hexahedron");
   SceneObject object{HexahedronTree(std::move(parts.solids), name), {}, {}, {}};
@@ -335,7 +336,7 @@ void add_copies(const YamlReader& reader, const SceneObject& object, std::set<st
       for (int x = 0; x < copies.count[0] - z * copies.layer_less; ++x) {
         // A copy has its own name and its original's groups.
         const std::string name = object.tree.name() + " " + std::to_string(number++);
-        if (!names.insert(name).second) reader.fail("the name " + quoted(name) + " occurs twice");
+        if (!names.insert(name).second) reader.fail("the name " + in_quotes(name) + " occurs twice");
         SceneObject copy{HexahedronTree(object.tree.solids(), name),
                          object.X_WO,
                          object.motion,

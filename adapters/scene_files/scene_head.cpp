@@ -16,7 +16,7 @@ std::string unit_name(const YamlReader& units, const char* key, std::array<const
   const YamlReader reader = units.at(key);
   const std::string unit = reader.text();
   if (unit != known[0] && unit != known[1])
-    reader.fail("unknown unit " + quoted(unit) + "; known: " + known[0] + ", " + known[1]);
+    reader.fail("unknown unit " + in_quotes(unit) + "; known: " + known[0] + ", " + known[1]);
   return unit;
 }
 
@@ -53,11 +53,11 @@ void read_parameters(const YamlReader& root, const SceneParameters& given, YamlS
     const auto found = parameters.find(name);
     if (found == parameters.end()) {
       const std::string known = joined(parameters, [](const auto& entry) { return entry.first; });
-      throw InputError(source.file + ": the scene has no parameter " + quoted(name) +
+      throw InputError(source.file + ": the scene has no parameter " + in_quotes(name) +
                        "; known: " + (known.empty() ? "none" : known));
     }
     if (!std::isfinite(value))
-      throw InputError(source.file + ": parameter " + quoted(name) + " is not finite");
+      throw InputError(source.file + ": parameter " + in_quotes(name) + " is not finite");
     found->second = value;
   }
   source.parameters = std::move(parameters);
@@ -89,13 +89,13 @@ ContactPolicy read_policy(const YamlReader& reader) {
   for (const ContactPolicy policy :
        {ContactPolicy::cue, ContactPolicy::hold, ContactPolicy::advance, ContactPolicy::slide})
     if (reader.text() == to_string(policy)) return policy;
-  reader.fail("unknown policy " + quoted(reader.text()) + "; known: cue, hold, advance, slide");
+  reader.fail("unknown policy " + in_quotes(reader.text()) + "; known: cue, hold, advance, slide");
 }
 
 Passive read_passive(const YamlReader& reader) {
   for (const Passive passive : {Passive::stays, Passive::shoved, Passive::carried})
     if (reader.text() == to_string(passive)) return passive;
-  reader.fail("unknown choice " + quoted(reader.text()) + "; known: stays, shoved, carried");
+  reader.fail("unknown choice " + in_quotes(reader.text()) + "; known: stays, shoved, carried");
 }
 
 bool read_choice(const YamlReader& reader) {

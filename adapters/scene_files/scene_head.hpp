@@ -11,7 +11,7 @@
 
 namespace touchstone::scene_files {
 
-inline std::string quoted(const std::string& name) { return "'" + name + "'"; }
+inline std::string in_quotes(const std::string& name) { return "'" + name + "'"; }
 
 /// Fails at the reader's place unless the value is above 0.
 double read_positive(const YamlReader& reader, double value);
