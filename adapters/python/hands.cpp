@@ -7,7 +7,7 @@
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
-// What a world's hands are, what its slides may cost, and on which threads its frames run.
+// Python's hands of a world, the budget of its slides, and the threads of its frames.
 
 namespace touchstone::python {
 namespace {

@@ -396,7 +396,7 @@ Scene read_scene(const YamlReader& root, YamlSource& source, const SceneParamete
     else
       scene.objects.push_back(std::move(object));
   }
-  // What names objects comes after them.
+  // Rules, exemptions and latches name objects, so they come after them.
   if (root.has("rules")) scene.rules = scene_files::read_rules(root.at("rules"), scene);
   if (root.has("exempt")) scene.exempt_pairs = scene_files::read_exempt_pairs(root.at("exempt"), scene);
   if (root.has("latches")) read_latches(root.at("latches"), scene);

@@ -27,12 +27,12 @@ bool may_touch(const SweptSphere& a, const SweptSphere& b, double margin);
 // How far a point of a moving body strays from the straight segment between where it starts and where it
 // ends.
 
-/// Of a point that travels `length` [m] at most.
+/// How far a point that travels `length` [m] at most can leave the straight line between its ends.
 double bulge_of_path_length(double length, const Vector3& from_W, const Vector3& to_W);
 
-/// Of a point `arm` [m] at most from a pivot that moves straight and evenly while the body turns evenly about
-/// a fixed direction. @param cos_half_turn cos of half the whole turn, a turn of at most 360 degrees; what
-/// turns further has -1.
+/// The same of a point `arm` [m] at most from a pivot that moves straight and evenly, while the body turns
+/// evenly about a fixed direction. @param cos_half_turn cos of half the whole turn; -1 for turns of more than
+/// 360 degrees.
 double bulge_of_turn(double arm, double cos_half_turn);
 
 /// The same for the path interpolate(X_WO_from, X_WO_to, s); `arm` from O's origin. Covers the poses'

@@ -64,7 +64,8 @@ inline bool is_finite(const Matrix3& A) {
   return is_finite(Vector3(A.col(0))) && is_finite(Vector3(A.col(1))) && is_finite(Vector3(A.col(2)));
 }
 
-/// Of a symmetric matrix, the smallest first; off by a few eps of the largest magnitude (Jacobi's rotations).
+/// The eigenvalues of a symmetric matrix, the smallest first; off by a few eps of the largest magnitude
+/// (Jacobi's rotations).
 Vector3 symmetric_eigenvalues(const Matrix3& A);
 
 /// Rotation by `angle` [rad], right-handed, about a unit axis (Rodrigues); off by less than 18 u (Frobenius,

@@ -21,7 +21,7 @@ inline Quaternion conjugate(const Quaternion& q) { return {q.w, -q.v}; }
 
 /// q / |q|, |q| = sqrt(((w w + x x) + y y) + z z). @pre |q|^2 as a double is neither 0 nor infinite.
 Quaternion normalized(const Quaternion& q);
-/// Of a unit quaternion: R00 = ((w w + x x) - y y) - z z and so on.
+/// The rotation of a unit quaternion: R00 = ((w w + x x) - y y) - z z and so on.
 Matrix3 rotation_matrix(const Quaternion& q);
 /// The unit quaternion with w >= 0 of a rotation (Shepperd's choice of the largest component).
 Quaternion quaternion_of(const Matrix3& R);

@@ -276,7 +276,7 @@ JointSlidePlan plan_scaled(const JointVector& goal, const JointMetric& metric, s
   if (longest > kLongestChange) scale(wanted, kLongestChange / longest);
   JointSlidePlan plan, best;
   ScaledRows<N> scaled(metric, rows);
-  // What is not whole may gain more planned for half as much, whose bends are a quarter.
+  // Where a plan gains less than its whole, half of it may gain more: its bends are a quarter.
   double most_gain = 0.0;
   for (int i = 0; i <= kHalvings; ++i, scale(wanted, 0.5)) {
     if (!project_lifted(wanted, metric, rows, scaled, bends, plan)) continue;

@@ -40,8 +40,8 @@ class JointFrame {
   int sign(std::uint32_t value, std::uint32_t link, std::uint32_t other) const {
     return moves_[link * axes_.size() + value] - moves_[other * axes_.size() + value];
   }
-  /// Of the link relative to the other one per unit of a value, at the world point c: velocity of the
-  /// link's point there, and its angular velocity.
+  /// The link's twist relative to the other link per unit of a value: the velocity of its point at c_W, and
+  /// its angular velocity.
   Twist twist(std::uint32_t value, const Vector3& c_W) const;
   Twist twist(const JointVector& dq, std::uint32_t link, std::uint32_t other, const Vector3& c_W) const;
 

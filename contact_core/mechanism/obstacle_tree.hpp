@@ -47,7 +47,7 @@ bool may_meet(const TurnedBox& a, const TurnedBox& b, double slack);
 /// A binary tree of boxes over things that stand still.
 class ObstacleTree {
  public:
-  /// Of each thing, by index.
+  /// @param boxes of the obstacles, by index.
   explicit ObstacleTree(std::vector<AxisBox> boxes = {});
 
   const AxisBox& box(std::uint32_t thing) const { return boxes_[thing]; }

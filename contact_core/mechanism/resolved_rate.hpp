@@ -20,7 +20,8 @@ struct ResolvedRateSettings {
 
 /// Resolved-rate control (Whitney 1969) of one link by damped least squares (Wampler 1986, Nakamura and
 /// Hanafusa 1986): the joint rates J^T (J J^T + lambda^2 1)^-1 v for the velocity v of a point of the link.
-/// Of the rates that serve, the least; damped, they fall short of v rather than grow without bound.
+/// Of all rates that give v these are the smallest; damped, they give less than v rather than grow without
+/// bound.
 ///
 /// lambda^2 = damping^2 (1 - (s / damped_below)^2) for s < damped_below, else 0, with s^2 = 1 / trace((J
 /// J^T)^-1): between the square of the least singular value and a sixth of it.

@@ -17,12 +17,13 @@ struct MassMoments {
   MassMoments& operator+=(const MassMoments& other);
 };
 
-/// Of the solid's hull, in the solid's frame: a warped face is cut along the diagonal that the hull has.
-/// Spheres, capsules, rounded boxes and plates by closed forms. @throws InputError for other rounded solids.
+/// The moments of the solid's hull, in the solid's frame; a warped face is cut along the hull's diagonal.
+/// Spheres, capsules, rounded boxes and plates have closed forms. @throws InputError for other rounded
+/// solids.
 MassMoments mass_moments(const Hexahedron& solid);
-/// Of the hull of its vertices alone: of a rounded solid's core, nothing where that is flat.
+/// The moments of the hull of its vertices alone, a rounded solid's core; zero where that is flat.
 MassMoments core_moments(const Hexahedron& solid);
-/// In frame A of what is known in frame B.
+/// Moments in frame A from those in frame B.
 MassMoments transform(const Pose& X_AB, const MassMoments& moments_B);
 
 /// The metric |dc|^2 + w . J w.

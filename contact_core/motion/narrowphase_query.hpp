@@ -74,7 +74,7 @@ class NarrowphaseQuery final : public SeparationQuery {
     if (memo_ && !is_paused_) memo_->put(pair_, X_WA, X_WB, last_status_, out);
     return last_status_;
   }
-  /// Of the last separation().
+  /// The status that the last separation() got.
   PairStatus last_status() const { return last_status_; }
 
   /// Supplies the answer for a pair at these poses, used until expect_nothing(). Keeps references.
@@ -108,7 +108,7 @@ class NarrowphaseQuery final : public SeparationQuery {
     }
   }
 
-  /// So that the next calls do not allocate.
+  /// Asks once for pairs in full batches, so that later calls do not allocate.
   void warm_up() noexcept {
     if (poses_.size() < 2) return;
     std::array<SolidPair, kBatch> pairs;
@@ -190,7 +190,7 @@ class NarrowphaseQuery final : public SeparationQuery {
     return query;
   }
 
-  /// Who gives separations.
+  /// The backend that gives separations.
   Backend& separations() { return judges_poses_ ? planner_ : own_; }
 
   /// @pre at most kBatch pairs.

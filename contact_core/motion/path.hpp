@@ -46,10 +46,10 @@ class MotionPath {
   /// @param state of the body at s. @param p_W where the point is at s. @param n_W unit, fixed in the world.
   virtual double curvature_bound(std::uint32_t body, const BodyState& state, const Vector3& p_W,
                                  const Vector3& n_W) const noexcept = 0;
-  /// Over [s, 1], of the point that is at p_W at s.
+  /// Bounds over [s, 1] for the point that is at p_W at s.
   virtual MotionBounds bounds(std::uint32_t body, const BodyState& state,
                               const Vector3& p_W) const noexcept = 0;
-  /// Of several points of the body, which may share terms. @pre as many `out`.
+  /// curvature_bound() of several points of the body, which may share terms. @pre as many `out`.
   virtual void curvature_bounds(std::uint32_t body, const BodyState& state, std::span<const Vector3> points_W,
                                 const Vector3& n_W, std::span<double> out) const noexcept {
     for (std::size_t i = 0; i < points_W.size(); ++i) out[i] = curvature_bound(body, state, points_W[i], n_W);

@@ -113,7 +113,7 @@ struct RowProjection {
         multiplier[i] = multiplier[i + 1];
       }
       --count;
-      // What those before it span stays as it is.
+      // The span of the rows before it stays as it is.
       span.rank = k;
       for (int i = k; i < count; ++i) span.add(rows.g[active[i]]);
     }
@@ -218,7 +218,7 @@ struct RowProjection {
     return false;
   }
 
-  /// Of rows that were left out: later ones may have moved the point away from them.
+  /// Whether x fulfils the rows that were left out: later rows may have moved the point away from them.
   static bool are_nearly_fulfilled(const Rows& rows, const Row& x, double length) {
     for (int i = 0; i < rows.count; ++i)
       if (rows.is_left_out[i] && row_product(rows.g[i], x) + rows.slack[i] < -kNearlyFulfilled * length)

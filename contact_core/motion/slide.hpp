@@ -24,7 +24,7 @@ struct SlideRow {
   /// Not zero: the plane is spanned by the mover's edge e and the obstacle's f, n = e x f, and turns with e.
   Vector3 e = Vector3::Zero(), f = Vector3::Zero();
   std::uint32_t source = 0;  ///< whose contact it is; not read
-  /// Of an arm's: the links that the row is of. Rows that are equal otherwise are not the same then.
+  /// The links of an arm that the row is about: rows of other links differ, even if all else is equal.
   std::uint32_t link = 0, other_link = 0;
 
   /// Signs and places alone decide, so that rows in this order do not depend on where they came from.

@@ -222,7 +222,7 @@ void add_rows(const NearPair& pair, double reach, std::vector<SlideRow>& rows) {
   const int count = rows_of_plane(pair, pair.plane, of_plane);
   for (int i = 0; i < count; ++i) {
     if (!(of_plane[i].slack < reach)) continue;
-    // Whoever comes last: those that would be left out in the end go first.
+    // Where the list is full, the rows that would be left out in the end make room.
     if (rows.size() == rows.capacity()) order_rows(rows);
     rows.push_back(of_plane[i]);
   }

@@ -45,8 +45,8 @@ struct NearPair {
 /// Sets is_sure, and what rows are made of, from the geometry.
 void classify(NearPair& pair);
 
-/// Of the planes that keep half the gap, the one that lets most of `twist` through. Returns whether the
-/// choice is another one than before.
+/// Chooses, among the planes that keep half the gap, the one that lets most of `twist` through. Returns
+/// whether the choice changed.
 bool choose_plane(NearPair& pair, const Twist& twist);
 
 /// @param reach rows with more slack than this are left out [m].

@@ -123,7 +123,8 @@ struct Resolution {
   double relative = 0.0;  ///< per metre of max(|world coordinate|, size + 2 radius)
   double of_depth = 0.0;  ///< more, of penetrating pairs, per metre of depth; infinite: no claim
 
-  /// Of pairs that do not penetrate [m]. @param scale max(|world coordinate|, size + 2 radius) [m].
+  /// The resolution for pairs that do not penetrate [m]. @param scale max(|world coordinate|, size + 2
+  /// radius) [m].
   double at(double scale) const { return absolute + relative * scale; }
 };
 

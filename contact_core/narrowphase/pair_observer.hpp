@@ -15,7 +15,7 @@ struct ObservedPair {
   std::array<const Hexahedron*, 2> solids;
   std::array<Pose, 2> X_WS;
   PairStatus status;
-  /// Of the deepest point. NaN where the engine gave none, as for pairs that are apart.
+  /// The geometry at the deepest point; NaN where the engine gave none, as for pairs that are apart.
   PairGeometry geometry;
   std::span<const ContactPoint> points;
   std::string_view by;  ///< engine and check, say "Bullet, its own check"
@@ -28,7 +28,7 @@ class PairObserver {
   virtual void observe(const ObservedPair& pair) noexcept = 0;
 };
 
-/// Whose answer an engine's plug-in returns to the engine.
+/// The check whose answer an engine's plug-in returns to the engine.
 enum class EngineCheck : std::uint8_t {
   native,  ///< ours
   own,     ///< the engine's, for observing it

@@ -128,8 +128,8 @@ struct JointCommand {
 /// default 1 rad weighs as 1 m, as with joints: the body keeps its attitude unless it must yield. A hand as
 /// soft in turning as a light body of its size tips over what it meets.
 struct HandStiffness {
-  /// Of the tool in the object. None: its origin is the centre of mass, at uniform density, of all that moves
-  /// with the object, and its axes are the object's.
+  /// The tool's frame in the object. Without one its origin is the centre of mass, at uniform density, of all
+  /// that moves with the object, and its axes are the object's.
   std::optional<Pose> X_OT = {};
   Vector3 translation = {500.0, 500.0,
                          500.0};            ///< k along T's axes [N/m]; > 0, no two further apart than 1e6
@@ -203,7 +203,8 @@ struct ContactEvent {
   /// paths, or the sub-step's plan, would have them at s.
   PairGeometry geometry;
   std::uint32_t part = 0;  ///< see ContactWorld::executed_parts(): 0: the commanded paths, s is the frame's
-  /// Of the poses that the frame ended with; NaN where `geometry` is, and where one of the two was removed.
+  /// The geometry at the poses that the frame ended with; NaN where `geometry` is, and where one of the two
+  /// was removed.
   PairGeometry geometry_at_end = {};
 };
 
@@ -227,13 +228,13 @@ struct FrameReport {
   /// Movers whose slides the budget ended before they came to rest, by ObjectHandle::slot: a rigid body by
   /// the object that was commanded, a mechanism by its first link. Valid until the next frame.
   std::span<const ObjectHandle> cut_off;
-  /// Of every rigid body that slid or was commanded to, and of every mechanism that did and has an
-  /// ArmHandStiffness, by ObjectHandle::slot; valid until the next frame.
+  /// Forces on the hand of every rigid body that slid or was commanded to, and of every mechanism that did
+  /// and has an ArmHandStiffness, by ObjectHandle::slot; valid until the next frame.
   std::span<const HandFeel> felt;
   MotionCheck check = MotionCheck::proven;  ///< how this frame's poses were checked
 };
 
-/// What a mover's slide may take unless set otherwise: see SlideBudget.
+/// The default of SlideBudget::mover_work.
 inline constexpr std::uint64_t kMoverWork = 16384;
 
 /// The budget of a frame's slides; commanded paths do not count. A mover that is cut off stops where its last
@@ -356,7 +357,7 @@ class ContactWorld {
   /// @throws InputError: an unknown handle or link, a link that no joint moves, a frame that is no pose,
   /// stiffnesses out of bounds or of another number.
   void set_hand(MechanismHandle mechanism, const std::optional<ArmHandStiffness>& hand);
-  /// Of objects that were given none of their own, HandStiffness{} unless this is called.
+  /// Sets the hand of objects that have none of their own; it is HandStiffness{} unless this is called.
   /// @throws InputError: as before; a tool frame.
   void set_default_hand(const std::optional<HandStiffness>& hand);
 
@@ -409,7 +410,7 @@ class ContactWorld {
   /// @throws InputError: an unknown handle.
   MotionCommand move_by(ObjectHandle object, const Vector3& displacement_W, const Vector3& turn_W) const;
   /// Moves what is commanded as far as the rules allow. A bad command is reported and its object stays.
-  /// Of several commands for one mover the last good one counts.
+  /// Where a mover has several commands, the last valid one counts.
   FrameReport frame(std::span<const MotionCommand> commands,
                     std::span<const JointCommand> joint_commands = {});
 

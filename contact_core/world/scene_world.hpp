@@ -29,7 +29,7 @@ class SceneWorld {
 
   ContactWorld& world() { return world_; }
   const Scene& scene() const { return *scene_; }
-  /// Of the scene's object `index`.
+  /// The handle of the scene's object `index`.
   ObjectHandle object(std::size_t index) const { return objects_[index]; }
   /// @throws InputError when the scene has no such object.
   ObjectHandle object(std::string_view name) const { return world_.find(name); }

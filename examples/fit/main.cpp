@@ -28,7 +28,7 @@ struct Options {
   bool page = false, training = false, uniform = false;
 };
 
-/// What the file is, and how its numbers are read.
+/// Options of the mesh's file, and of how its numbers are read.
 void add_mesh(CLI::App& app, Options& options) {
   app.add_option("mesh", options.input, "An STL, OBJ, PLY or DAE file, or a folder of them")->required();
   app.add_option(
@@ -66,7 +66,7 @@ void add_serves(CLI::App& app, Options& options) {
       ->needs(serves);
 }
 
-/// What would be ignored is refused.
+/// Options that would be ignored are refused.
 void exclude_ignored(CLI::App& app) {
   // A check fits nothing, so options of the fit exclude it.
   for (const char* fits : {"--over", "--count", "--region", "--keep-open", "--samples", "--repairs",

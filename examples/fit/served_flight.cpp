@@ -160,7 +160,7 @@ ServedFlight fly_scene(const ServesRequest& request, std::span<const Fit* const>
   const ContactWorld& world = flown.world();
   ServedFlight flight;
   flight.least_clearance = kInfinity;
-  // What moves is seen from each mesh.
+  // Movers are followed in each mesh's frame.
   std::vector<std::vector<Sweep>> sweeps(targets.size());
   for (std::size_t m = 0; m < targets.size(); ++m)
     for (const std::size_t mover : movers)

@@ -27,16 +27,16 @@ enum class Thinness : std::uint8_t {
 /// less the largest is twice an integral of a square. Moments are judged to 64 roundings of the largest.
 void validate(const BodyInertia& inertia, Thinness thinness, std::string_view name);
 
-/// Of hexahedra of uniform density: each the convex hull of its eight vertices, cut into tetrahedra from a
-/// point within, whose second moments are polynomials of their corners: exact but for rounding. Hexahedra
-/// that overlap count twice where they do.
+/// The inertia of hexahedra of uniform density: each is the convex hull of its eight vertices, cut into
+/// tetrahedra from a point within, whose second moments are polynomials of their corners: exact but for
+/// rounding. Where hexahedra overlap, both count.
 /// @param density [kg/m3]. @throws InputError: no hexahedron, a density that is not finite and positive.
 BodyInertia inertia_of_density(std::span<const PlacedHexahedron> solids, double density,
                                std::string_view name);
 /// The same for a given total mass [kg].
 BodyInertia inertia_of_mass(std::span<const PlacedHexahedron> solids, double mass, std::string_view name);
 
-/// Of a solid box about its centre, sides `size` along B's axes [m].
+/// The inertia of a solid box about its centre, sides `size` along B's axes [m].
 BodyInertia box_inertia(double mass, const Vector3& size);
 
 /// About the link's centre of mass: the parallel-axis theorem on what the mechanism carries.
@@ -45,7 +45,7 @@ BodyInertia inertia_of(const MassProperties& mass, std::string_view name);
 
 /// B's inertia in frame A.
 BodyInertia transform(const Pose& X_AB, const BodyInertia& inertia_B);
-/// Of two bodies that move as one; both in one frame. One of them may have no mass.
+/// The inertia of two bodies that move as one, in one frame. One of them may have no mass.
 BodyInertia combined(const BodyInertia& a, const BodyInertia& b);
 /// As combined(), of which neither, one or both may have a mass.
 void add_inertia(BodyInertia& sum, const BodyInertia& part);

@@ -101,7 +101,7 @@ class MechanismDynamics {
   Pose link_pose(std::uint32_t link, const Workspace& workspace) const noexcept;
   double kinetic_energy(const Workspace& workspace) const noexcept;                              ///< [J]
   double potential_energy(const Vector3& gravity_W, const Workspace& workspace) const noexcept;  ///< [J]
-  /// Of the links that move, about the world's origin.
+  /// Momentum of the links that move, about the world's origin.
   Vector3 linear_momentum(const Workspace& workspace) const noexcept;   ///< [N s]
   Vector3 angular_momentum(const Workspace& workspace) const noexcept;  ///< [N m s]
 

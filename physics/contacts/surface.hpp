@@ -39,16 +39,16 @@ double combine(Combination combination, double a, double b);
 /// may allocate; between() does not. Const use from several threads is safe.
 class SurfacePairs {
  public:
-  /// Of all pairs without figures of their own.
+  /// The rules for all pairs without figures of their own.
   Combination friction_rule = Combination::geometric_mean, restitution_rule = Combination::maximum;
 
   /// A pair's own figures; those left out follow the rule.
   struct Figures {
     std::optional<double> friction, restitution;
   };
-  /// Of a pair of whatever the numbers count, in either order; what was set last counts.
+  /// Sets a pair's figures, by the numbers of its surfaces in either order; the last ones set count.
   void set(std::uint32_t a, std::uint32_t b, const Figures& figures);
-  /// Of surfaces number a and b.
+  /// The figures that hold between surfaces number a and b.
   Surface between(std::uint32_t a, const Surface& of_a, std::uint32_t b, const Surface& of_b) const;
   /// Whether figures of their own or another rule than the usual ones are in force.
   bool is_usual() const;

@@ -68,7 +68,7 @@ class TouchEvents {
   /// Nothing touched before the next step.
   void forget();
 
-  /// Of the last step, by pair.
+  /// The last step's events, by pair.
   std::span<const TouchEvent> events() const { return events_; }
   /// The points of pairs that touch, by pair, in the order in which they were added.
   std::span<const TouchPoint> points() const { return points_; }

@@ -19,7 +19,7 @@
 
 namespace touchstone::physics {
 
-/// Who moves one side of a contact.
+/// How one side of a contact is moved.
 enum class ContactSide : std::uint8_t {
   ground,  ///< at rest
   kinematic,
@@ -34,7 +34,7 @@ struct EngineContact {
   Vector3 p_W, n_AB_W;  ///< at the step's start; the point half-way between the surfaces
   double separation;    ///< there [m]
   Vector3 force_W;      ///< on B, mean over the step [N]; impacts included
-  /// Of impacts alone, on B [N s]; NaN where the engine does not distinguish them from forces.
+  /// The impulse of impacts alone, on B [N s]; NaN where the engine does not distinguish them from forces.
   Vector3 impact_W;
   ContactSide side_a, side_b;
   Vector3 kinematic_v_A_W,
@@ -128,12 +128,12 @@ class DynamicsEngine {
   /// "unsupported".
   virtual void reset() = 0;
 
-  /// Of the last step. @param contacts emptied first
+  /// Lists the last step's contacts. @param contacts emptied first
   virtual void list_contacts(std::vector<EngineContact>& contacts) const = 0;
 
   virtual Pose object_pose(std::size_t object) const = 0;
-  /// Of the centre of mass of the dynamic object, with what moves with it; links and kinematic objects:
-  /// nothing.
+  /// The velocity of the centre of mass of a dynamic object and all that moves with it; nothing for links and
+  /// kinematic objects.
   virtual std::optional<Vector3> velocity(std::size_t object) const = 0;
   virtual std::optional<Vector3> angular_velocity(std::size_t object) const = 0;
   virtual double joint_value(const JointAddress& joint) const = 0;

@@ -24,7 +24,7 @@ struct EngineChoice {
 
   std::string text() const { return check == kOwnCheck ? engine : engine + ":" + check; }
 };
-/// Of "bullet" or "bullet:native"; any names, known or not.
+/// Parses "bullet" or "bullet:native"; the names need not be known.
 EngineChoice parse_engine_choice(std::string_view text);
 
 /// Dynamics engines by name. Registration is explicit, as BackendRegistry's. Not synchronised.
@@ -72,8 +72,8 @@ class EngineRegistry {
   std::vector<Missing> missing_;
 };
 
-/// Of an engine whose plug-in takes any narrowphase of ours: its own check, and all of `backends` that have
-/// manifolds; the others are refused by name.
+/// Sets the checks of an engine whose plug-in takes any narrowphase of ours: its own check, and all of
+/// `backends` that have manifolds; the others are refused by name.
 void set_checks(EngineRegistry::Entry& entry, const BackendRegistry& backends);
 
 /// A check of set_checks() as the plug-ins take it. Null where they need none: kOwnCheck, native.

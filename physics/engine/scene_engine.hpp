@@ -101,7 +101,7 @@ class SceneEngine : public DynamicsEngine {
     std::vector<SolidPair> allowed;
   };
 
-  /// Of the next step, on a body at its B's origin.
+  /// The push on a body in the next step, at its B's origin.
   struct Push {
     bool is_any = false;
     Vector3 force_W = Vector3::Zero(), moment_W = Vector3::Zero();

@@ -31,7 +31,7 @@ enum class GuardPolicy : std::uint8_t {
 /// The enumerator's name, as scene files have it.
 std::string_view to_string(GuardPolicy policy);
 
-/// Of the pairs of one object (or of a group's) with another; the rule given last counts.
+/// A rule for the pairs of one object, or of a group's, with another; the rule given last counts.
 struct GuardRule {
   std::string first, second;  ///< objects or groups of the scene
   GuardPolicy policy = GuardPolicy::push;
@@ -60,10 +60,10 @@ struct GuardedStep {
   std::uint32_t standing = 0;        ///< of them, brought to a stand: by pairs that hold or advance
   CutReport impulses = {};           ///< along the normals, of pairs that slide or push
   Vector3 held_W = Vector3::Zero();  ///< momentum that standing took from free bodies [N s]
-  /// Of free bodies: momentum after the cut less that before [N s], about the world's origin [N m s]. The
-  /// linear one is the impulses' less `held_W` to rounding; 0 where nothing was cut.
+  /// Momentum of free bodies after the cut less that before [N s], about the world's origin [N m s]. The
+  /// linear one equals the impulses less `held_W`, to rounding; both are 0 where nothing was cut.
   Vector3 linear_W = Vector3::Zero(), angular_W = Vector3::Zero();
-  /// Of bodies and mechanisms: after the cut less that before [J].
+  /// Energy of bodies and mechanisms after the cut less that before [J].
   double energy = 0.0;
   double held_back = 0.0;  ///< the farthest that a body's origin or a link's was held back [m]
   /// The largest error of a joint between bodies, as all are shown, where something was cut [m] or [rad].
@@ -124,7 +124,7 @@ class GuardedSimulation {
   bool release_now(std::size_t carried);
   /// Off: the object meets nothing, by force or proof. @throws InputError: no such object.
   void select(std::size_t object, bool is_on);
-  /// Of pairs that no rule names.
+  /// Sets the policy of pairs that no rule names.
   void set_policy(GuardPolicy policy);
 
   /// X_WO, what an image generator gets. (Of links, to rounding: the world's objects are in the links'
@@ -135,8 +135,8 @@ class GuardedSimulation {
                : world_.actual_pose(objects_[object]);
   }
   GuardPolicy policy(std::size_t a, std::size_t b) const { return policies_[a * objects_.size() + b]; }
-  /// Of the last step, events and all, those of its further frames for joints between bodies among them (but
-  /// for `near` and `persists`).
+  /// The guard's report of the last step. Its events include those of the further frames that joints between
+  /// bodies need, but for `near` and `persists`.
   const FrameReport& proof() const { return frame_; }
   const ContactWorld& world() const { return world_; }
   const SceneSimulation& simulation() const { return simulation_; }

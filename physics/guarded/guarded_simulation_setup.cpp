@@ -90,7 +90,7 @@ void GuardedSimulation::set_policy(std::size_t a, std::size_t b, GuardPolicy pol
   see(a, b);
 }
 
-/// Who is switched off meets nothing.
+// An object that is switched off meets nothing.
 void GuardedSimulation::see(std::size_t a, std::size_t b) {
   const bool are_on = is_on_[a] != 0 && is_on_[b] != 0;
   const GuardPolicy rule = policies_[a * is_on_.size() + b];  // before there are objects, too

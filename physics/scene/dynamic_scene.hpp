@@ -20,7 +20,7 @@
 
 namespace touchstone::physics {
 
-/// Who decides how an object moves.
+/// How an object's motion is decided.
 enum class BodyKind : std::uint8_t {
   fixed,      ///< at rest
   kinematic,  ///< follows the object's motion in the scene, as if of infinite mass
@@ -185,7 +185,7 @@ struct SceneAccept {
   double position = 1e-4;     ///< of final poses, from the reference run's [m]
   double angle = 1e-3;        ///< the same [rad]
   double energy_made = 1e-3;  ///< as a share of the largest energy seen
-  /// Of the fastest point at the end [m/s]; infinite: nothing is to be at rest.
+  /// The largest speed of a point at the end [m/s]; infinite: nothing has to be at rest.
   double rest = kInfinity;
 };
 

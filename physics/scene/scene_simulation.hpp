@@ -95,7 +95,7 @@ class SceneSimulation {
   /// `contacts`, empty, gets what this simulation's own has: for a second opinion on where the world stands.
   /// Good until worlds() counts on. @throws InputError: what the backends refuse.
   void fill(NarrowphaseContacts& contacts) const;
-  /// Of the last step; one a contact found in it.
+  /// The last step's contacts, and a force for each.
   std::span<const Contact> contacts() const { return found_; }
   std::span<const ContactForce> forces() const { return std::span(forces_).first(found_.size()); }
   /// `object/hexahedron` of a solid as NarrowphaseContacts counts it, and its object.
@@ -103,7 +103,8 @@ class SceneSimulation {
   std::size_t object_of(SolidIndex solid) const { return object_of_[solid]; }
 
   Pose object_pose(std::size_t object) const;
-  /// Of the centre of mass of the body that the object is, or is part of; links and fixed objects: nothing.
+  /// The velocity of the centre of mass of the body that the object is, or is part of; nothing for links and
+  /// fixed objects.
   std::optional<Vector3> velocity(std::size_t object) const;
   std::optional<Vector3> angular_velocity(std::size_t object) const;
   /// The index in world() of the body that the object moves with; nothing where that is not dynamic, or out.

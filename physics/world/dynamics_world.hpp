@@ -224,7 +224,8 @@ class DynamicsWorld {
   /// Holds from now on as the two stand: B's frame becomes where A's is, the value 0. Does not allocate.
   /// @throws InputError: no such joint.
   void join_as_they_stand(std::uint32_t joint);
-  /// Of a hinge or slider. @throws InputError: no such joint, one without an axis, figures as of set_drive().
+  /// Drives a hinge or slider. @throws InputError: no such joint, one without an axis, figures as of
+  /// set_drive().
   void set_joint_drive(std::uint32_t joint, const JointDrive& drive);
   std::size_t joint_count() const;
   const WorldJoint& world_joint(std::uint32_t joint) const;
@@ -279,7 +280,7 @@ class DynamicsWorld {
   /// Mean torque of each joint's drive over the last step [N m] or [N].
   std::span<const double> joint_torques(std::uint32_t mechanism) const;
   Pose link_pose(std::uint32_t mechanism, std::uint32_t link) const;
-  /// Of the mover's point now at p_W [m/s].
+  /// The velocity of the mover's point that is at p_W now [m/s].
   Vector3 velocity_at(const Mover& mover, const Vector3& p_W) const;
   Vector3 link_angular_velocity(std::uint32_t mechanism, std::uint32_t link) const;
   const Settings& settings() const;

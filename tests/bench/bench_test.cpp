@@ -132,7 +132,7 @@ TEST_F(Bench, PairsOfRunsAreCapturedTheSameEachTime) {
   std::filesystem::rename(folder_ / "captured.json", folder_ / "first.json");
   ASSERT_EQ(run(CAPTURE_PAIRS " " + at("captured.json") + runs).code, 0);
   EXPECT_EQ(read(folder_ / "captured.json"), text);
-  // What is no scene is named, and nothing is written.
+  // A file that is no scene is named, and nothing is written.
   const Outcome bad = run(CAPTURE_PAIRS " " + at("none.json") + " --most 5 --scene " + at("plan.json"));
   EXPECT_EQ(bad.code, 2);
   EXPECT_THAT(bad.err, HasSubstr("plan.json"));

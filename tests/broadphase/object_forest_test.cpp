@@ -127,7 +127,7 @@ TEST(ObjectForest, KnowsWhatComesGoesAndMovesWhileItIsRenewed) {
   EXPECT_GT(wood.forest().renewals(), 8u);
 }
 
-// What takes the place of others takes no room; what comes then needs it in the middle of a renewal.
+// Objects that replace others need no more room; those that come afterwards do, in the middle of a renewal.
 TEST(ObjectForest, MakesRoomForWhatComesAfterReplacements) {
   Wood wood(1500, 65);
   for (int round = 0; round < 6; ++round) {

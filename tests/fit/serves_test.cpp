@@ -90,8 +90,8 @@ TEST_F(Serves, ACoverThatIsTooCoarseWhereItIsMetStopsTooSoon) {
   EXPECT_GE(swept.high.x(), 3.1);
 }
 
-// What moves goes up a steep plate, over it and down behind it, all in one frame: the swept boxes hold the
-// way, not only its ends.
+// The mover goes up a steep plate, over it and down behind it, all in one frame: the swept boxes hold its
+// whole path, not only the ends.
 TEST_F(Serves, AFrameThatGoesAroundACornerIsSweptAlongIt) {
   ServesRequest asked = request("    motion: {segments: [{velocity: [10, 0, 0]}]}\n");
   asked.scene.frame_rate = 1.0;

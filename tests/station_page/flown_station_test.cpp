@@ -187,7 +187,7 @@ TEST_F(FlownStation, AnArmWalksByThePagesKeys) {
   const char* const heights =
       "['base_lee', 'tip_lee'].map(link => touchstoneStation.station.frame.methods.at(-1).poses[8 * "
       "touchstoneStation.station.scene.objects.findIndex(object => object.name === 'ssrms.' + link) + 2])";
-  // What is said may be seconds ahead of the poses that a busy machine has drawn.
+  // Texts may be seconds ahead of the poses that a busy machine has drawn.
   const auto seen = value("touchstoneStation.station.frame.time").get<double>();
   ASSERT_TRUE(becomes_true("touchstoneStation.station.frame.time > " + std::to_string(seen + 4.0)));
   const nlohmann::json before = value(heights);

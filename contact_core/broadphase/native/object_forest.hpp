@@ -23,9 +23,9 @@ class ObjectForest {
   ObjectForest(const SolidBounds& bounds, TaskRunner* threads);
 
   const ObjectTree& tree(int i) const { return trees_[i].now.tree; }
-  /// Of the object in a slot of a tree.
+  /// The sphere of the object in a slot of a tree.
   const Sphere& sphere_at(int i, std::uint32_t slot) const { return trees_[i].now.sphere_at[slot]; }
-  /// So often a tree was sorted within one update; and renewed bit by bit.
+  /// How often a tree was sorted within one update, and how often one was renewed by shares.
   std::size_t sorts() const { return sorts_; }
   std::size_t renewals() const { return renewals_; }
 

@@ -54,7 +54,7 @@ class ObjectTree {
 
   /// Slots in use, those of objects that went among them.
   std::uint32_t size() const { return size_; }
-  /// Of a slot in use: kNoObject where its object went.
+  /// The object in a slot in use; kNoObject where it has left.
   std::uint32_t object_at(std::uint32_t slot) const { return order_[slot]; }
 
   /// Takes up one more object, wherever there is room, for refit_one(). kNoObject: there is no room.
@@ -80,7 +80,7 @@ class ObjectTree {
   }
   /// Empty, with this many slots. Takes no memory where they are reserved.
   void begin_anew(std::uint32_t room) noexcept;
-  /// So many more nodes of those that it lacks: memory may be new to them. @returns whether all are there.
+  /// Makes up to `most` of the nodes that it lacks: their memory may be new. @returns whether it has all.
   bool make_nodes(std::size_t most) noexcept;
   void append(std::uint32_t object) noexcept { order_[size_++] = object; }
   std::span<std::uint32_t> order() { return std::span(order_).first(size_); }

@@ -18,8 +18,8 @@ struct ExecutedPart {
   CarriedPath path;
   double stop;
   std::uint32_t joints;  ///< an arm's joint values at both ends: index of the first
-  ObjectHandle object;   ///< the root's: whoever gets its slot next did none of this
-  /// Of one that a link took along: the arm's first link, and by which of its links; else none.
+  ObjectHandle object;   ///< the root's: the next object in its slot did none of this
+  /// The link that took the root along: the arm's first link as `lead`, and the link's number; else none.
   ObjectHandle lead = {};
   std::uint32_t link = 0;
   Pose X_LR = {};  ///< of the root in that link
@@ -46,7 +46,7 @@ class ExecutedParts {
     joints_.insert(joints_.end(), from.begin(), from.end());
     joints_.insert(joints_.end(), to.begin(), to.end());
   }
-  /// Of a root that a link takes along, after that one's arm or before. @param path at rest.
+  /// Adds a root that a link takes along, before or after the link's arm. @param path at rest.
   void add_ride(ObjectHandle object, std::uint32_t part, const CarriedPath& path, double stop,
                 ObjectHandle lead, std::uint32_t link, const Pose& X_LR) {
     parts_.push_back({object.slot, part, path, stop, 0, object, lead, link, X_LR});

@@ -10,12 +10,12 @@
 
 namespace touchstone {
 
-/// Who goes along with whom in a frame, by roots' slots.
+/// The roots that other movers take along in a frame, and their leaders; by slots.
 class Followers {
  public:
   static constexpr std::uint32_t kNone = 0xffffffff;
 
-  /// Whom one goes along with, and by which of its links: 0, where it has none.
+  /// The leader that a root goes along with, and the leader's link; 0 for a rigid leader.
   struct Lead {
     std::uint32_t root, link;
 
@@ -67,7 +67,7 @@ class Followers {
     wanted = is_disputed || is_disputed_[root] ? Lead{root, 0} : lead;
     is_disputed_[root] = is_disputed_[root] || is_disputed;
   }
-  /// Whoever one leader alone wants goes along with it. Calls take(lead, root), ascending roots.
+  /// Each root that only one leader claims goes along with it. Calls take(lead, root), ascending roots.
   /// @returns whether there is any.
   template <class Take>
   bool settle(Take take) {

@@ -19,14 +19,14 @@ class MomentLog {
   const Moment& operator[](std::uint32_t index) const { return moments_[index]; }
   std::span<const Moment> all() const { return moments_; }
 
-  /// Of the pair at s of the paths that are laid, up to their stops so far. @returns its index.
+  /// Notes the pair's geometry at s of the paths that are laid, up to their stops so far. @returns its index.
   std::uint32_t add(const WorldModel& model, NarrowphaseQuery& query, const FramePair& pair,
                     std::uint32_t part, double s);
   /// Once a part is executed: the first stop and the first touch of each pair.
   /// @param contacts as the frame began, by solids.
   void note_executed(const WorldModel& model, NarrowphaseQuery& query, std::span<const ContactState> contacts,
                      std::span<FramePair> among, std::uint32_t part);
-  /// Of pairs that hold back a sub-step's plan: as all stand now, at the end of `part`.
+  /// Notes the pairs that hold back a sub-step's plan, at the poses at the end of `part`.
   void note_active(const WorldModel& model, NarrowphaseQuery& query, std::span<const ContactState> contacts,
                    std::span<FramePair> among, std::uint32_t part);
 

@@ -9,7 +9,7 @@
 
 namespace touchstone {
 
-/// Who moves in a frame, by roots' slots.
+/// The movers of a frame, by their roots' slots.
 struct Movers {
   std::vector<std::uint32_t> roots;      ///< in motion, or taken along; ascending, each once
   std::vector<std::uint32_t> commanded;  ///< commanded or taken along in this frame; may name one twice

@@ -12,7 +12,7 @@
 
 namespace touchstone {
 
-/// Who stops whom, in one part of a frame.
+/// Decides which pairs stop which movers, in one part of a frame.
 ///
 /// In rounds: those pairs that meet first, all of them, stop their movers; then all pairs of these movers are
 /// asked again when they meet, until no pair is open. The order of pairs does not show. A pair that holds

@@ -68,7 +68,7 @@ class WatchedPairs {
   /// Leaves those that are switched on, by solids.
   void keep_checked(const WorldModel& model, FrameLanes& lanes, std::vector<std::uint32_t>& indices);
 
-  /// Of the pairs those that may come near within a few frames, in no order: enough for moving links.
+  /// The pairs that may come near within a few frames, in no order; moving links need no others.
   /// @pre !needs_imminent().
   std::span<const std::uint32_t> imminent() const { return imminent_; }
   bool needs_imminent() const { return needs_imminent_; }

@@ -12,10 +12,9 @@
 
 namespace touchstone {
 
-/// Who asks about pairs in a frame: lanes that may run beside each other, each with a query of its own. The
-/// first one's is what asks in between. While there is work for several lanes nothing is remembered, however
-/// many there are: neither their number nor who comes first shows, not in how often a narrowphase is called
-/// either.
+/// The lanes of a frame: they ask about pairs side by side, each with its own query. Work outside of lanes
+/// uses the first lane's query. While several lanes have work, no query remembers answers: results, and the
+/// number of narrowphase calls, then depend neither on how many lanes there are nor on their order.
 class FrameLanes {
  public:
   static constexpr std::size_t kMost = 64;
@@ -37,11 +36,11 @@ class FrameLanes {
     while (queries_[lane].get() != &query) ++lane;
     return lane;
   }
-  /// Of all lanes.
+  /// Narrowphase calls of all lanes.
   std::uint64_t calls() const;
 
-  /// Signed distances of pairs where all stand. Of a few, the answers are remembered for who asks next: more
-  /// would only push each other out.
+  /// Signed distances of pairs at the current poses. Answers of a short list are remembered; those of a long
+  /// one would push each other out.
   /// @param poses X_WS of every solid. @param out one a pair.
   void ask(std::span<const SolidPair> pairs, std::span<const Pose> poses,
            std::span<SeparationMemo::Answer> out);

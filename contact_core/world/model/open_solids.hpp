@@ -10,8 +10,8 @@
 
 namespace touchstone {
 
-/// Of objects with levels the solids that are open: they are looked at one by one, while what is known of
-/// coarser hexahedra is enough for all others.
+/// The open solids of objects with levels: they are looked at one by one. For all others the coarser
+/// hexahedra say enough.
 class OpenSolids {
  public:
   void take_room(std::size_t slots, std::size_t solids, bool anew) {

@@ -93,7 +93,7 @@ void take_room(WorldModel& model, bool anew) {
   model.open.take_room(slots, solids, anew);
   resize_more(travels.vertices, solids), resize_more(travels.has_vertices, solids);
   reserve_more(travels.unplaced, solids);
-  // What is counted from these sizes comes last.
+  // Numbers of pairs depend on these sizes, so they come last.
   if (anew) number_own_pairs(model);
   model.selection.reserve(slots);
 }

@@ -53,7 +53,7 @@ struct WorldModel {
   Travels travels;
 
   bool is_sampled() const { return !gives_signed_distance(*narrowphase); }
-  /// Whose separations the motion goes by.
+  /// The narrowphase whose separations guide motion.
   const Narrowphase& separations() const { return is_sampled() ? *planner : *narrowphase; }
 
   std::uint32_t root_of(SolidIndex solid) const { return root_of_solid[solid]; }
@@ -78,7 +78,7 @@ struct WorldModel {
   /// Whether the two go with one link, or with two that no joint moves against each other, and one of them
   /// only for a frame: they stand to each other as they did.
   bool go_as_one(const SolidPair& pair) const;
-  /// Of a mover that has a path: whether that moves the object.
+  /// Whether its mover's path moves the object. @pre the mover has a path.
   bool moves(std::uint32_t slot) const;
   /// Calls visit(slot) for each object that moves with the root.
   template <class Visit>
@@ -111,7 +111,7 @@ struct WorldModel {
     const bool is_b = is_own ? is_a_on_earlier_link(pair) : root_of(pair.b) == root;
     return is_b ? std::pair{pair.b, pair.a} : std::pair{pair.a, pair.b};
   }
-  /// Of two links of one arm: whether a is on the earlier link.
+  /// Whether solid a is on the earlier link. @pre both are on links of one arm.
   bool is_a_on_earlier_link(const SolidPair& pair) const {
     return objects[body_of(pair.a)].link < objects[body_of(pair.b)].link;
   }
@@ -119,7 +119,7 @@ struct WorldModel {
   /// On its path.
   BodyState state_at(std::uint32_t slot, double s) const;
   MovingSolid moving_solid(SolidIndex solid) const;
-  /// Of two links of one arm, a and b as the earlier link of the two sees them, which stands.
+  /// Solids a and b of two links of one arm in the earlier link's frame, in which that link rests.
   /// @param travel how far the other one goes at most [m].
   std::pair<MovingSolid, MovingSolid> seen_from_earlier_link(const SolidPair& pair, double travel) const;
 

@@ -96,7 +96,7 @@ class ObjectTable {
   /// The groups' indices; new ones where the names are. @throws InputError: a 65th group, a name that is too
   /// long; no name is taken up then.
   std::vector<std::uint32_t> groups(std::span<const std::string> names);
-  /// Of two names; does not allocate where both are known.
+  /// The groups of two names; does not allocate where both are known.
   std::pair<std::uint32_t, std::uint32_t> groups_of(std::string_view first, std::string_view second);
   std::optional<std::uint32_t> find_group(std::string_view name) const;
 
@@ -108,7 +108,7 @@ class ObjectTable {
   std::span<const Pose> poses_in_body() const { return X_BO_; }
   /// Makes an object a link; `lead` stands for all links of its mechanism.
   void make_link(ObjectHandle object, std::uint32_t mechanism, std::uint32_t link, std::uint32_t lead);
-  /// Of a link, as remove().
+  /// Removes a link, as remove() does an object.
   void remove_link(ObjectHandle object);
   /// @throws InputError if it carries another, is carried, or is gone.
   void check_removable(ObjectHandle object) const;

@@ -32,7 +32,7 @@ class PairRules {
 
   /// At least what the rules that the object bears ask for [m]: of groups, not of pairs.
   double reach_of(const ObjectTable& objects, std::uint32_t slot) const;
-  /// Of every slot, those of pairs as well; only ever raises. @param by_slot [m].
+  /// Raises each slot's reach to what its rules and those of its pairs ask. @param by_slot [m].
   void find_reaches(const ObjectTable& objects, std::span<double> by_slot) const;
   double largest_group_warn_distance() const;
   /// Which of the two.
@@ -52,7 +52,7 @@ class PairRules {
     PairRule rule;
     std::uint32_t bearer;  // of the two
   };
-  /// Of a table with open addressing and linear probing; free: no handle.
+  /// An entry of a table with open addressing and linear probing; a free one has no handle.
   struct PairEntry {
     ObjectHandle a, b;  // ordered
     PairRule rule;

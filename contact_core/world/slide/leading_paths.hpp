@@ -10,10 +10,9 @@
 
 namespace touchstone {
 
-/// A mover that only advances turns about its contact. A pose that is commanded says where a body is to be,
-/// not how it comes there: on the path on which its origin goes straight a tool that is turned about an edge
-/// it rests on dips below that edge, and would stand. On this one the touching point goes straight, and it
-/// keeps to it.
+/// A mover that only advances turns about its contact. A commanded pose does not say on which path the body
+/// gets there. Where its origin goes straight, a tool that turns about an edge under it dips below that edge,
+/// and would be stopped at once. On this path the touching point goes straight, and the contact holds.
 RigidPath pivot_path(const Pose& X_WO, const Pose& goal, const Vector3& touching_W);
 struct Pivot {
   const FramePair* pair = nullptr;  ///< null: none
@@ -23,8 +22,8 @@ struct Pivot {
 /// whatever order they come in.
 Pivot find_pivot(const WorldModel& model, std::span<const FramePair> pairs, std::span<const Moment> moments,
                  std::uint32_t root, double stop);
-/// Of the points at which that pair touches where it stands the one that the motion to the goal presses most:
-/// of a face that rests on another, one of the edge that it is turned about.
+/// The point of that pair's contact that the motion to the goal presses most: where faces rest on each other,
+/// a point of the edge that the body turns about.
 Vector3 pressed_point(const WorldModel& model, NarrowphaseQuery& query, const Pivot& pivot,
                       std::uint32_t root, const Pose& goal);
 

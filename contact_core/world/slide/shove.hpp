@@ -30,7 +30,7 @@ struct StandingContacts {
 /// Takes along loads that are in contact with their carrier as the frame begins, and theirs.
 void take_loads(WorldModel& model, const StandingContacts& contacts, Movers& movers, Followers& followers);
 
-/// Once a part is executed: takes along what stopped a leader, where nothing else did. Those stood until now.
+/// Once a part is executed: takes along the standing objects that stopped a leader, where nothing else did.
 /// @param among the part's pairs. @returns whether there is any.
 bool take_shoved(WorldModel& model, std::span<const FramePair> among, Movers& movers, Followers& followers,
                  ExecutedParts& parts);

@@ -20,16 +20,16 @@ class SlideMeter {
     seen_ = 0;
     if (is_timed_) start_ = Clock::now();
   }
-  /// A sub-step, of which each of `plans` plans may take an equal share of what is left.
+  /// A sub-step begins: each of its `plans` plans may take an equal share of what is left.
   void begin_step(std::size_t plans) {
     pair_share_ = (budget_.pairs - std::min(seen_, budget_.pairs)) / plans;
     time_share_ = std::max(budget_.seconds - elapsed(), 0.0) / static_cast<double>(plans);
   }
   void begin_plan() { open(seen_ + pair_share_, elapsed() + time_share_); }
-  /// Of paths, which may take all that is left.
+  /// Checks of paths begin, which may take all that is left.
   void begin_checks() { open(budget_.pairs, budget_.seconds); }
 
-  /// One that turned out to be near.
+  /// Counts a pair that turned out to be near.
   void add_pair() { ++seen_; }
   void add_pairs(std::uint64_t count) { seen_ += count; }
   /// Before the next pair.
@@ -37,9 +37,9 @@ class SlideMeter {
     is_late_ = is_late_ || (is_timed_ && elapsed() >= until_);
     return !is_over();
   }
-  /// The plan, or the checks, look at more than they may: in whichever order pairs come.
+  /// Whether the plan, or the checks, look at more than they may; the order of pairs does not matter.
   bool is_over() const { return is_late_ || seen_ > limit_; }
-  /// Of what is over: what it may.
+  /// Takes back what was counted beyond the limit.
   void clip() { seen_ = std::min(seen_, limit_); }
   bool has_left() const { return seen_ < budget_.pairs && elapsed() < budget_.seconds; }
   std::uint64_t seen() const { return seen_; }

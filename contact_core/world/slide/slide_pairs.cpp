@@ -282,7 +282,7 @@ void SlidePairs::add_looks(const WorldModel& model, Sliders& sliders) const {
   for (const std::uint32_t index : open_) {
     const FramePair& pair = pairs_[index];
     if (!is_near_on_path(model, pair)) continue;
-    // Who shoves pays for what goes along.
+    // The looks count as the shover's work, also those at what goes along.
     const std::uint32_t a = sliders.leader_of(model.root_of(pair.solids.a)),
                         b = sliders.leader_of(model.root_of(pair.solids.b));
     const auto looks = static_cast<std::uint64_t>(pair.impact.queries);

@@ -39,9 +39,9 @@ class SlidePairs {
   /// @param watched the most pairs
   void reserve_watched(std::size_t watched);
 
-  /// A frame's slides begin. Notes how far on rigid bodies ask what is watched: as the distance to its goal
-  /// never grows, a body goes no further than there and beyond by the same.
-  /// @returns slots of objects of whose pairs too few are watched.
+  /// A frame's slides begin. Notes how far around rigid bodies pairs have to be watched: a body's distance to
+  /// its goal never grows, so that it goes no further than to the goal and as far again.
+  /// @returns the slots of objects for which too few pairs are watched.
   std::span<const std::uint32_t> begin(WorldModel& model, const Sliders& sliders);
   /// Which of the watched pairs have a slider as part. An arm alone meets only those that are imminent (see
   /// plan_goes_beyond()); rigid bodies plan with all that they could reach. @param imminent in any order.
@@ -50,11 +50,11 @@ class SlidePairs {
   /// Updates the indices of watched pairs, which may have changed. Before gather().
   void renumber(const PairWatch& watched);
 
-  /// When each of them stops its movers on the paths that are laid. @returns how many were stopped for want
-  /// of iterations.
+  /// Finds when each pair stops its movers on the paths that are laid. @returns how many were stopped for
+  /// want of iterations.
   std::uint32_t find_impacts(const Scope& scope);
 
-  /// Adds to the work of each slider how often its pairs were looked at by that.
+  /// Adds the number of these looks to the work of the pairs' sliders.
   void add_looks(const WorldModel& model, Sliders& sliders) const;
 
   /// Finds the pairs that a slider plans with, for near(): all that a rigid body could reach, or all of an
@@ -67,10 +67,10 @@ class SlidePairs {
   /// Then each finds its pairs, whoever is beside it: nothing here is written. @param out cleared first.
   void find_near_taken_in(const Scope& scope, NarrowphaseQuery& query, const Slider& slider,
                           std::vector<NearPair>& out) const;
-  /// Of an arm alone, once its plan is measured: takes up what that could bring together.
-  /// @returns whether there is any that was not near already.
+  /// For an arm that slides alone: takes up the pairs that its plan, once measured, could bring together.
+  /// @returns whether one of them was not near already.
   bool add_on_path(const Scope& scope, const Slider& slider);
-  /// The same of what held the arm's last sub-step.
+  /// The same with the pairs that held the arm back in its last sub-step.
   bool add_held(const Scope& scope, const Slider& slider);
   void forget_held(const Slider& slider);
   /// @param source of a near pair of which a row held; more than once is as once.

@@ -68,17 +68,17 @@ struct Sliders {
   const Slider* find(std::uint32_t root) const {
     return index_of[root] == kNone ? nullptr : &list[index_of[root]];
   }
-  /// Whom the root goes with: its leader among the sliders, or itself.
+  /// The slider that the root goes along with: its leader, or itself.
   std::uint32_t leader_of(std::uint32_t root) const {
     return index_of[root] == kNone ? root : list[index_of[root]].leader;
   }
   bool is_one_arm() const { return list.size() == 1 && list[0].arm != nullptr; }
 };
 
-/// Of a rigid slider: what leads from where it stands to its goal.
+/// The twist that leads a rigid slider from X_WR to its goal.
 Twist twist_to_goal(const Slider& slider, const Pose& X_WR);
-/// The metric of its twists there. J goes with the body: a turn about the axis of what is left changes
-/// nothing of w . J w. K stands as commanded.
+/// The metric of its twists at X_WR. J turns with the body: a turn about the axis of the remaining turn does
+/// not change w . J w. K keeps the axes of the command.
 TwistMetric metric_at(const Slider& slider, const Pose& X_WR);
 double distance_to_goal(const Slider& slider, const Pose& X_WR);
 /// The same of a rigid slider, or of an arm's joint values.
@@ -93,7 +93,8 @@ void weigh_by_hand(Slider& slider, const std::optional<HandStiffness>& hand);
 /// to its goal. @param n_W from the other one to the slider. Arms share evenly.
 double share_between(const Slider& slider, const Pose& X_WR, const Slider& other, const Pose& X_WR_other,
                      const NearPair& near);
-/// Of the room between two sliders either plans for a share only.
+/// Whether one of the pairs is with another slider, so that each of the two plans for a share of the room
+/// only.
 bool shares_room(std::span<const NearPair> near);
 
 /// Whether a plan that left so much of the square of the distance for its bends leaves no more to gain than

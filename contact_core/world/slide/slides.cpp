@@ -151,7 +151,8 @@ void Slides::run(const FrameScope& scope, std::vector<FramePair>& pairs, FrameRe
   report_feel(model, report);
 }
 
-/// Who slides, pivots or shoves from where the commanded paths ended. @returns whether there is any.
+// Chooses the movers that slide, pivot or shove from where the commanded paths ended. @returns whether there
+// is any.
 bool Slides::begin(const FrameScope& scope) {
   WorldModel& model = scope.model;
   const Followers& followers = scope.followers;

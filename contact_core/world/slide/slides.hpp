@@ -23,14 +23,14 @@ class Slides {
   Hands hands;
   SlideBudget budget;
 
-  /// @param anew nobody slides, and solids' moments are to be found for all.
+  /// @param anew there are no slides under way, and all solids' moments are computed.
   void take_room(const WorldModel& model, std::size_t watched, std::size_t lanes, bool anew);
   /// The slot's object is new.
   void begin_object(const WorldModel& model, std::uint32_t slot);
 
   /// A frame begins, in which nothing has stopped these roots yet.
   void begin_frame(std::span<const std::uint32_t> roots) { permits_.forget(roots); }
-  /// Noted with each stop of a part.
+  /// Notes a stop of a part.
   StopPermits& permits() { return permits_; }
 
   /// Once the commanded paths are executed, as part 0. @param pairs the frame's: what slides met and is not
@@ -44,7 +44,7 @@ class Slides {
     std::uint32_t root;
     MassMoments moments;
 
-    /// Of one root by values alone: sums round alike in whichever order the objects were registered.
+    /// Orders a root's parts by their values alone, so that sums do not depend on the order of registration.
     friend bool operator<(const CarriedMoments& a, const CarriedMoments& b) {
       if (a.root != b.root) return a.root < b.root;
       if (a.moments.volume != b.moments.volume) return a.moments.volume < b.moments.volume;

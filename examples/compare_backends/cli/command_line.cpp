@@ -143,7 +143,7 @@ void add_options(CLI::App& app, Options& options, RawOptions& raw) {
                  "Folder of a corpus (touchstone_bench corpus): its sets, held against its hashes and truth");
   app.add_option("--dynamics", options.dynamics_file,
                  "results.json of dynamics_run, for the page's section on dynamics drift");
-  // What is chosen for.
+  // The choice: query, error, pairs.
   raw.choice.add_to(app);
   // One case, or a part of all.
   app.add_option("--case", options.case_id,

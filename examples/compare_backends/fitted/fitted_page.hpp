@@ -7,7 +7,7 @@
 
 namespace touchstone::comparison {
 
-/// What was measured of one mesh.
+/// The measurements of one mesh.
 struct FittedMesh {
   std::string name;  ///< of the file
   std::size_t triangles = 0;

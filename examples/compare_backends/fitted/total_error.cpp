@@ -96,7 +96,7 @@ void time(ClearanceQuery& query, const ClearancePoses& poses, int repetitions, T
 TotalErrors measure_total_errors(std::span<const FittedCover> covers, const ClearancePoses& poses,
                                  const BackendRegistry& registry, std::span<const std::string> backends,
                                  int repetitions, const Progress& progress) {
-  // What is exact of each cover brackets the mesh's clearance.
+  // The exact clearances of the covers bracket the mesh's.
   std::vector<Values> exact;
   for (const FittedCover& cover : covers) exact.push_back(exact_clearances(cover, poses, registry));
   const Bracket bracket = bracket_of(covers, exact, poses.poses.size());

@@ -9,7 +9,7 @@
 #include "touchstone/examples/compare_backends/fitted/fitted_covers.hpp"
 #include "touchstone/examples/measures/truth/oracle.hpp"
 
-// What a cover and a backend together are off by.
+// The error of a cover and a backend together.
 //
 // A cover of error e holds the mesh and is within e of it: where its exact clearance is d, the mesh's is in
 // [d, d + e]. All covers together bracket the mesh's clearance at a pose: from the largest d to the least

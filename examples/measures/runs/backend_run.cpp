@@ -319,7 +319,7 @@ void time_pairs(std::span<Timed> timed, const PairSet& set, const MeasureOptions
 // Every frame of every backend and query, shuffled; the average is over a frame, not a pair.
 void time_frames(std::span<Timed> timed, const PairSet& set, const MeasureOptions& options,
                  std::span<BackendAnswers> answers) {
-  // What is timed: a frame, asked one query of one backend.
+  // One thing to time: a frame, with one query of one backend.
   struct Item {
     std::size_t backend, frame;
     QueryKind kind;

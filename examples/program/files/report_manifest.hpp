@@ -41,7 +41,7 @@ bool stays_inside(const std::string& name);
 
 std::string manifest_text(const Manifest& manifest);
 
-/// Who owns what stands at a name of ours.
+/// The owner of a file that has the name of one of ours.
 enum class Standing : std::uint8_t {
   free,     ///< nothing
   ours,     ///< a file of an earlier run, unchanged since

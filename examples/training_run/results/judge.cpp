@@ -352,7 +352,7 @@ struct Judge::State {
       bool is_blocked = false, rightly = false;
       for (const LoggedEvent& event : events) {
         if (event.kind != EventKind::blocked || rightly) continue;
-        // Who takes a passive object along is not reported; what that one met stops both.
+        // Reports do not name the mover of a passive object; an object that it met stops both.
         if (is_passive(event.solids.a, formation) || is_passive(event.solids.b, formation))
           is_blocked = rightly = true;
         if (mover_of(event.solids.a, formation) != mover && mover_of(event.solids.b, formation) != mover)

@@ -57,7 +57,7 @@ Setting::Setting(Script script, double frame_rate)
                holds = action.kind == OperatorAction::Kind::hold;
     actions_.push_back({action.kind, action.time, find(action.object),
                         latches || holds ? find(action.carrier) : kNone, solids_of(action.allowed)});
-    // What is held may be let go; what holds it stands still.
+    // A held object may be let go, so it may move; a fixture that holds it stands still.
     if (latches || holds) may_move_[actions_.back().object] = 1;
     if (!latches) continue;
     if (!arm_of_[actions_.back().carrier]) may_move_[actions_.back().carrier] = 1;

@@ -80,7 +80,7 @@ class Setting {
   std::vector<SolidPair> pairs_;
 };
 
-/// Who carries whom, what their latches allow, and who is switched on.
+/// The carriers, the pairs that latches allow, and the objects that are switched on.
 struct Formation {
   std::vector<std::uint32_t> carrier;  ///< by object; kNone: nobody
   std::vector<Pose> X_RO;  ///< in the one that carries all (R); the identity for those not carried

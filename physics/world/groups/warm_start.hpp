@@ -12,7 +12,7 @@
 
 namespace touchstone::physics::stepping {
 
-/// What a contact leaves to the next step, on B.
+/// The figures of a contact that the next step takes over, on B.
 struct ContactMemory {
   Vector3 force_W = Vector3::Zero();    ///< [N]
   Vector3 parting_W = Vector3::Zero();  ///< that took overlap back, without momentum [N s]

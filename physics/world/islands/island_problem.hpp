@@ -31,7 +31,7 @@ class IslandProblem {
             rows.Y, b,       compliance_, levers_,   bodies_, commanded_};
   }
   std::size_t row_count() const { return rows_.size(); }
-  /// Of all rows of the group.
+  /// The index of an island's row among all rows of the group.
   std::size_t group_row(std::size_t row) const { return group_rows_[row]; }
 
   std::vector<double> b, x;  // by row

@@ -87,13 +87,13 @@ struct ContactRows {
   }
   /// The first that the block acts on. @pre there is one
   std::uint32_t unit_of_block(std::size_t block) const;
-  /// Of W, that of a joint row, compliance apart.
+  /// The diagonal entry of W of a joint's row, without compliance.
   double own_entry(std::size_t joint) const;
-  /// Of J.
+  /// Three entries of J.
   Vector3 vector_at(std::size_t first) const { return {J[first], J[first + 1], J[first + 2]}; }
-  /// On B.
+  /// The impulse of a contact on B.
   Vector3 impulse_of(std::size_t contact) const;
-  /// Of a joint row.
+  /// The impulse of a joint's row.
   double joint_impulse(std::size_t joint) const { return x[3 * contacts.size() + joint]; }
 };
 

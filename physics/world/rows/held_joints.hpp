@@ -22,7 +22,8 @@ double refresh_joints(const Group& group, Movers& movers);
 bool meets_end(const Group& group, const Movers& movers, double gap, double least);
 /// All that the group's joints hold, to the flown states. @return false: the step fails.
 bool fly_jointed(const Group& group, double t, StepContext& step, Movers& movers);
-/// Of a hinge or slider, by Movers::update_motions(): turns counted from its value at the start of the piece.
+/// The value of a hinge or slider from Movers::update_motions(); its turns are counted from its value at the
+/// start of the piece.
 double value_now(const HeldJoint& joint, const Movers& movers);
 /// After the step: errors of place are taken back, turns counted.
 void finish_joints(const Group& group, StepContext& step, Movers& movers);

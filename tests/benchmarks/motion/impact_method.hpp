@@ -7,7 +7,7 @@
 #include "touchstone/contact_core/geometry/hexahedron.hpp"
 #include "touchstone/contact_core/motion/path.hpp"
 
-// Who says when two moving solids meet.
+// A method that says when two moving solids meet.
 
 namespace touchstone::impact {
 

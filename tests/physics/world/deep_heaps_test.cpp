@@ -48,7 +48,7 @@ struct Heap : Cubes {
   }
 };
 
-/// What a step made of energy, and what of that is the height that parting lifted: where bodies went beside
+/// The energy that a step gave, and the share of it that parting lifted: bodies then move otherwise than by
 /// the mean of their velocities before and after.
 struct Account {
   double given = 0.0, lifted = 0.0, depth = 0.0;  // [J], [J], [m]

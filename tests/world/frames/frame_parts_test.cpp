@@ -133,7 +133,8 @@ TEST(WatchedPairs, GatherWhatMayMeet) {
   EXPECT_EQ(close.size(), 1u);  // it was kept, though nobody moves now
 }
 
-// What is clear at the start waits until it is known how far the path matters; its rule is not looked up.
+// Pairs that are clear at the start wait until it is known how far the path matters; their rules are not
+// looked up.
 TEST(WatchedPairs, DeferWhatIsClearAtTheStart) {
   CubesInARow row({0, 1.75, 9});
   std::vector<std::uint32_t> close, deferred;
@@ -162,7 +163,7 @@ TEST(PairFinder, FindsWhenPairsMeet) {
   EXPECT_LT(pairs[0].impact.lo, 0.75);
 }
 
-// What a mover touches stops it before all else: what lies further on is not asked about.
+// A touching object stops a mover before all others: those that lie further on are not asked about.
 TEST(PairFinder, TakesWhatTouchesFirst) {
   const auto calls_to_find = [](std::span<const ContactState> contacts) {
     CubesInARow row({0, 1 + 0.75 * kGap, 2.1});

@@ -447,7 +447,7 @@ TEST(Levels, MoveCrowdsToTheSameBits) {
   EXPECT_GT(counts[0].events, 1000u);
   EXPECT_GT(counts[0].joined, 10u);
   EXPECT_EQ(counts[1].queries, counts[2].queries);
-  // What is closed and opened again is not known to be clear any more.
+  // A solid that was closed and opened again is no longer known to be clear.
   for (const std::size_t i : {1, 3}) {
     EXPECT_LT(counts[i].queries, counts[0].queries + counts[0].queries / 50);
     EXPECT_LT(counts[i].candidates, counts[0].candidates + counts[0].candidates / 50);

@@ -168,7 +168,7 @@ class Flight {
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::string> names_;
 };
 
-/// Who there is, by names, and what is done to them.
+/// The objects of a world by their names, and the edits of them.
 class Script {
  public:
   explicit Script(std::uint64_t seed) : random_(seed) {}

@@ -230,7 +230,7 @@ TEST(Hands, EndWithTheirObject) {
 
 using Claims = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
 
-/// Who was taken along by whom.
+/// The leader of each root that was taken along.
 Claims settled(Followers& followers, const Claims& claims) {
   Claims out;
   for (const auto& [leader, root] : claims) followers.claim({leader, 0}, root);
@@ -446,7 +446,7 @@ TEST(SlidePairs, StopWhatIsLaidAndKeepWhatTheyLearn) {
   EXPECT_GT(row.watched[row.watched.find({0, 2})].clear_until, 30.0);
 }
 
-// What the first one stops goes no further: the second one's contact is of a path that is not gone.
+// The first one stops the mover: the second one's contact lies on a part of the path that is not executed.
 TEST(SlidePairs, LookOnlyAsFarAsTheNearestLetsThem) {
   Row row({0.0, 3.0, 1.5});
   row.slide_by(4.0);

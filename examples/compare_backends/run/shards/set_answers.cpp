@@ -124,7 +124,7 @@ void get(ByteReader& in, Vector3& v) {
   for (int i = 0; i < 3; ++i) in.get(v[i]);
 }
 
-/// What has no cost has a reason, too, behind those of kCostReasons.
+/// The reason of answers without a cost; its number follows those of kCostReasons.
 constexpr const char* kUnsupported = "unsupported";
 
 std::uint8_t number_of(const char* reason) {
@@ -171,7 +171,7 @@ void check(bool holds, const char* what) {
   if (!holds) throw std::runtime_error(std::string("has ") + what);
 }
 
-/// What engines answer is taken as it is, as in one run. @param cases of the part.
+/// Answers of engines are taken as they are, as in one run. @param cases of the part.
 void check_query(QueryKind kind, const QueryAnswers& answers, std::size_t cases) {
   constexpr const char* kWhat = "answers to other cases than its own";
   check(answers.status.size() == cases, kWhat);

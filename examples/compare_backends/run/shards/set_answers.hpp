@@ -9,7 +9,7 @@
 
 namespace touchstone::comparison {
 
-/// What was found out about the cases of a set, or of a shard's part of it.
+/// Truth and answers of the cases of a set, or of a shard's part of it.
 struct SetAnswers {
   std::vector<PairTruth> truth;  ///< empty without `exact`
   std::vector<BackendAnswers> answers;

@@ -44,7 +44,7 @@ bool is_taken(const fs::path& path) {
          !(fs::is_regular_file(path, error) && is_shard_file(path));
 }
 
-/// What a run reads beside the families, each by its option and with its SHA-256.
+/// The files that a run reads beside the families, each by its option and with its SHA-256.
 Json inputs_of(const Options& options) {
   Json inputs = Json::object();
   const auto add = [&](const std::string& option, const std::string& file) {
@@ -169,7 +169,7 @@ fs::path ShardWriter::finish(const Report& report) {
   std::ofstream stream(partial_, std::ios::binary);
   stream << one_line(head) << '\n' << bytes_;
   stream.close();
-  // What was measured is not lost for it.
+  // The measurements are kept under another name.
   if (stream && is_taken(file_))
     throw std::runtime_error(file_.string() +
                              ": was put there meanwhile, and is no shard of a run: this one is " +
