@@ -252,7 +252,7 @@ struct SlideBudget {
   /// Near pairs that are planned with, and those whose paths are checked, each once a sub-step: mostly one to
   /// three narrowphase calls, kImpactIterations at most. The same on every machine.
   std::uint64_t pairs = std::numeric_limits<std::uint64_t>::max();
-  /// By the clock, from when slides begin [s]; >= 0. The cut differs from run to run.
+  /// A time by the clock, counted from the first slide [s]; >= 0. Where it cuts off differs from run to run.
   double seconds = kInfinity;
   /// Rows that plans are projected on, each as often, and steps of the projections of an arm, both twice
   /// where it has more than eight joint values and four times beyond sixteen; near pairs, and looks at these
@@ -312,18 +312,21 @@ class ContactWorld {
   /// @throws InputError: an unknown handle or name, or a link without hexahedra.
   ObjectHandle link(MechanismHandle mechanism, std::string_view name) const;
 
-  /// For every pair: what neither its own rule nor its groups' say. EffectiveRule has the rest.
+  /// Sets the rule of pairs whose own rule and groups' rules leave a field unset; EffectiveRule has the
+  /// values of fields that it leaves unset, too.
   /// @throws InputError: a warn distance that is no length; so do the next two.
   void set_default_rule(const PairRule& rule);
-  /// For every pair with one object in `first` and the other in `second` (the same group: within it).
+  /// Sets the rule of every pair with one object in `first` and the other in `second` (the same group: within
+  /// it).
   /// @throws InputError: a 65th group, a name that is too long.
   void set_group_rule(std::string_view first, std::string_view second, const PairRule& rule);
-  /// Before any other rule; ends with either object. @throws InputError: an unknown handle, one object twice.
+  /// Sets a pair's own rule, which comes before all others and ends with either object. @throws InputError:
+  /// an unknown handle, one object twice.
   void set_pair_rule(ObjectHandle a, ObjectHandle b, const PairRule& rule);
   /// Returns what the two follow. @throws InputError: an unknown handle.
   EffectiveRule rule_of(ObjectHandle a, ObjectHandle b) const;
-  /// Not checked until unexempt() takes it back or either object is removed; reset() leaves it. Twice is as
-  /// once.
+  /// The two are not checked until unexempt() takes it back or either object is removed; reset() leaves it. A
+  /// second call for the same two changes nothing.
   /// @throws InputError: an unknown handle or hexahedron, one object twice.
   void exempt(const Exemption& pair);
   /// Takes back an exempt() of the same two, in either order, by the same names. Two that overlap then are
@@ -341,7 +344,7 @@ class ContactWorld {
   /// @throws InputError when it is not carried.
   void unlatch(ObjectHandle carried);
 
-  /// Swapped in place, for the next frame on. @throws InputError: none given.
+  /// Swaps the narrowphase, which is used from the next frame on. @throws InputError: none given.
   void set_narrowphase(std::unique_ptr<Narrowphase> narrowphase);
   /// @copydoc set_narrowphase
   void set_broadphase(std::unique_ptr<Broadphase> broadphase);
@@ -361,7 +364,8 @@ class ContactWorld {
   /// @throws InputError: as before; a tool frame.
   void set_default_hand(const std::optional<HandStiffness>& hand);
 
-  /// For all frames from now on; SlideBudget{} before. @throws InputError: seconds < 0 or NaN.
+  /// Sets the budget of all later frames; it is SlideBudget{} unless this is called. @throws InputError:
+  /// seconds < 0 or NaN.
   void set_slide_budget(const SlideBudget& budget);
   const SlideBudget& slide_budget() const;
 
@@ -382,29 +386,30 @@ class ContactWorld {
   /// @throws InputError: what build() of the backends refuses, a broadphase without paths
   /// (Broadphase::update_paths()).
   void prepare();
-  /// Initial poses, no latches, everything selected, whatever waits in the queue; objects, rules and
-  /// exemptions stay. Contacts are forgotten: no `ended` is reported for them.
+  /// Restores the initial poses, ends all latches, selects everything and drops queued changes; objects,
+  /// rules and exemptions stay. Contacts are forgotten: no `ended` is reported for them.
   void reset();
 
   // ---- selection, from any thread
 
-  /// Queued; in force from the start of the next frame on, unless reset() comes first. Handles and names are
-  /// looked up there: a change whose object has been removed by then is refused, whoever got its slot.
-  /// Allocates, on the caller's thread, where more than 1 024 wait for one frame; a frame does where more
-  /// than 1 024 of them are refused or more than 65 536 pairs are off by themselves.
+  /// Queues a change, which comes into force at the start of the next frame unless reset() comes first.
+  /// Handles and names are looked up then: a change whose object has been removed is refused, even where
+  /// another has its slot. Allocates, on the caller's thread, where more than 1 024 wait for one frame; a
+  /// frame does where more than 1 024 of them are refused or more than 65 536 pairs are off by themselves.
   void select(const SelectionChange& change);
-  /// Changes that came into force, with their frames, for a replay: the first ones since the world was made
-  /// or the record begun anew, as many as there is room for. Later ones are left out and counted, and no
-  /// frame allocates; FrameReport::selections has all of every frame.
+  /// The changes that came into force, with their frames, for a replay: the first ones since the world was
+  /// made or the record was cleared, as many as there is room for. Later ones are left out and counted, so
+  /// that no frame allocates; FrameReport::selections has all changes of a frame.
   std::span<const SelectionRecord> selection_record() const;
-  /// 0: the record is complete.
+  /// The number of changes that were left out; 0: the record is complete.
   std::uint64_t selections_left_out() const;
-  /// Set-up, between frames: forgets the record. @param room for changes from now on.
+  /// Set-up, between frames: clears the record. @param room for changes from now on.
   void begin_selection_record(std::size_t room = kSelectionRoom);
 
   // ---- frames
 
-  /// To a pose, on the shorter way round from the actual one. @throws InputError: an unknown handle.
+  /// A command to a pose; the object turns the shorter way from the actual one. @throws InputError: an
+  /// unknown handle.
   MotionCommand go_to(ObjectHandle object, const Pose& X_WO) const;
   /// @param displacement_W [m]. @param turn_W axis times angle [rad], of any size.
   /// @throws InputError: an unknown handle.
@@ -414,9 +419,9 @@ class ContactWorld {
   FrameReport frame(std::span<const MotionCommand> commands,
                     std::span<const JointCommand> joint_commands = {});
 
-  /// X_WO, as the last frame left it. @throws InputError: an unknown handle.
+  /// X_WO at the end of the last frame. @throws InputError: an unknown handle.
   const Pose& actual_pose(ObjectHandle object) const;
-  /// X_WO of the last good command of its own; the initial pose before the first. @throws InputError: an
+  /// X_WO of the object's last valid command; its initial pose before the first. @throws InputError: an
   /// unknown handle.
   const Pose& commanded_pose(ObjectHandle object) const;
   /// X_WS of the object's solids; empty between set-up and the prepare() or frame() that takes it up.
@@ -426,9 +431,9 @@ class ContactWorld {
 
   // ---- mechanisms; all throw InputError for an unknown handle
 
-  /// Actual; valid until the mechanism is removed.
+  /// The actual joint values; valid until the mechanism is removed.
   std::span<const double> joint_values(MechanismHandle mechanism) const;
-  /// The last good command, within limits.
+  /// The joint values of the last valid command, clamped to the limits.
   std::span<const double> commanded_joints(MechanismHandle mechanism) const;
   /// X_WL of every link, those without hexahedra too, in the order of Mechanism::links().
   std::span<const Pose> link_poses(MechanismHandle mechanism) const;

@@ -11,7 +11,7 @@
 
 namespace touchstone {
 
-/// Whether two that were in no contact are in one as they stand.
+/// Whether two solids that were not in contact are in contact at their current poses.
 bool touches(const WorldModel& model, NarrowphaseQuery& query, const FramePair& pair);
 
 /// The pairs in contact from frame to frame, and the events that follow from how each pair stands at a
@@ -19,15 +19,15 @@ bool touches(const WorldModel& model, NarrowphaseQuery& query, const FramePair& 
 class ContactLog {
  public:
   void take_room(std::size_t solids);
-  /// No contacts, and none ended.
+  /// Forgets all contacts; none is reported as ended.
   void clear() { contacts_.clear(), left_.clear(); }
-  /// Set-up gives solids new numbers, in the same order: contacts keep theirs; those of objects that are gone
+  /// Set-up renumbers solids in the same order: contacts follow their solids, and those of removed objects
   /// end with the next report().
   void renumber(const Layout& before, const Layout& next);
-  /// The same where single slots' objects are gone or replaced. @param slots sorted.
+  /// The same where objects of single slots were removed or replaced. @param slots sorted.
   void end_of(const Layout& layout, std::span<const std::uint32_t> slots);
 
-  /// As the last frame left them, by solids.
+  /// The contacts at the end of the last frame, by solids.
   std::span<const ContactState> now() const { return contacts_; }
 
   /// Appends a frame's events of pairs, by solids, and takes up its contacts.

@@ -11,11 +11,11 @@
 
 namespace touchstone {
 
-/// Objects stand where their movers were stopped on the paths that are laid; travels count no further.
+/// Moves objects to where their movers were stopped on the laid paths, and counts travels up to there.
 void execute(WorldModel& model, WatchedPairs& watched, const Movers& movers, FrameLanes& lanes);
 
-/// Solids of these that are closed stand where their objects do: execute() places open ones only, and where
-/// all was set up anew contacts may end without being watched again.
+/// Places the closed solids of these pairs where their objects stand: execute() places open ones only, and
+/// after a complete set-up contacts may end whose pairs are not watched again.
 void place_closed(WorldModel& model, std::span<const ContactState> contacts);
 
 /// Records these paths and stops as a part of the frame.

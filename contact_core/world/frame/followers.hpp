@@ -22,7 +22,7 @@ class Followers {
     friend bool operator==(const Lead&, const Lead&) = default;
   };
 
-  /// @param anew nobody goes along with anybody.
+  /// @param anew forgets all leaders.
   void take_room(std::size_t slots, bool anew) {
     if (anew) *this = {};
     resize_more(leader_of_, slots, kNone), resize_more(claim_of_, slots, {kNone, 0});
@@ -40,7 +40,7 @@ class Followers {
   }
   void nothing_is_disputed() { std::fill(is_disputed_.begin(), is_disputed_.end(), std::uint8_t{0}); }
 
-  /// In the order in which they were taken along.
+  /// The roots that go along, in the order in which they were taken along.
   std::span<const std::uint32_t> all() const { return followers_; }
   /// The root by whose motion this one goes: its own, unless it goes along.
   std::uint32_t leader_of(std::uint32_t root) const {
@@ -50,16 +50,16 @@ class Followers {
     return std::any_of(followers_.begin(), followers_.end(),
                        [&](std::uint32_t follower) { return leader_of_[follower] == root; });
   }
-  /// Commanded in this frame, or goes along.
+  /// Whether the root is commanded in this frame or goes along.
   bool is_commanded(std::uint32_t root) const { return is_commanded_[root] != 0; }
-  /// Two leaders wanted it, or two links of one: it stays.
+  /// Whether two leaders claimed it, or two links of one: then it stays.
   bool is_disputed(std::uint32_t root) const { return is_disputed_[root] != 0; }
 
-  /// A leader that was stopped by what does not go along.
+  /// Whether something that does not go along stopped the leader.
   bool is_blocked(std::uint32_t root) const { return is_blocked_[root] != 0; }
   void set_blocked(std::uint32_t root, bool is_blocked) { is_blocked_[root] = is_blocked; }
 
-  /// A leader wants a root along; in no order, each as often as it likes.
+  /// A leader claims a root. Claims come in any order, and may come more than once.
   void claim(const Lead& lead, std::uint32_t root) {
     Lead& wanted = claim_of_[root];
     if (wanted.root == kNone) claimed_.push_back(root);

@@ -16,30 +16,30 @@ struct Movers {
   std::vector<std::uint32_t> commanded_before;  ///< the same, one frame ago
   std::vector<std::uint8_t> is_short;           ///< by slot: its commanded path was stopped in this frame
 
-  /// @param anew nobody was ever commanded.
+  /// @param anew forgets all commands.
   void take_room(std::size_t slots, bool anew);
-  /// One that goes along with a mover. @pre it is no mover yet.
+  /// Adds a root that goes along with a mover. @pre it is no mover yet.
   void add_follower(std::uint32_t root);
 };
 
-/// Lets those rest that were commanded in the frame before; nobody is commanded yet.
+/// Puts the movers of the last frame at rest; nothing is commanded yet.
 void begin_frame(WorldModel& model, Movers& movers);
 
-/// Lay the commanded paths. Of several for one mover the last counts. A command for what is gone or may not
-/// move, or to a pose or joint values that are not finite, becomes an event `refused`; joint values beyond
-/// their limits are clamped and become events `at_limit`.
+/// Lay the commanded paths; of several commands for a mover the last counts. A command for an object that was
+/// removed or may not move, or to a pose or joint values that are not finite, becomes an event `refused`;
+/// joint values beyond their limits are clamped and become events `at_limit`.
 void accept(WorldModel& model, std::span<const MotionCommand> commands, Movers& movers,
             std::vector<ContactEvent>& events);
 void accept(WorldModel& model, std::span<const JointCommand> commands, Movers& movers,
             std::vector<ContactEvent>& events);
 
-/// Once all commands are accepted: leaves those in motion, in order.
+/// After all commands: keeps the roots that are in motion, in order.
 void order_movers(const WorldModel& model, Movers& movers);
 
-/// Once stops are known: notes who is stopped before its path's end. @returns how many.
+/// After stops are known: notes the movers that were stopped before their path's end. @returns how many.
 std::uint32_t note_short(const WorldModel& model, Movers& movers);
 
-/// The root stays where it stands: its path ends.
+/// Ends the root's path where it stands.
 void rest(WorldModel& model, std::uint32_t root);
 
 }  // namespace touchstone

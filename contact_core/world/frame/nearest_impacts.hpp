@@ -11,7 +11,7 @@
 
 namespace touchstone {
 
-/// Both move, and neither with the other.
+/// Whether both move, and not as one.
 inline bool are_two_movers(const WorldModel& model, const SolidPair& pair) {
   const std::uint32_t a = model.root_of(pair.a), b = model.root_of(pair.b);
   return a != b && model.in_motion[a] && model.in_motion[b];
@@ -32,11 +32,11 @@ class NearestImpacts {
   /// @param watched the most pairs.
   void take_room_for_pairs(std::size_t watched) { ahead_.reserve(watched); }
 
-  /// Before the first find() on these paths, and once more when they are done with: nothing stops these.
+  /// Clears all stops; to be called before the first find() on new paths, and once more after the last one.
   void forget(std::span<const std::uint32_t> roots) {
     for (const std::uint32_t root : roots) stop_bounds_[root] = 1.0;
   }
-  /// How far along its path a mover comes, by what is known so far.
+  /// How far along its path a mover gets, by what is known so far.
   double stop_bound(std::uint32_t root) const { return stop_bounds_[root]; }
   /// How far a pair's path matters. Of two movers in motion one may be stopped before the other.
   double matters_until(const WorldModel& model, const SolidPair& pair) const;

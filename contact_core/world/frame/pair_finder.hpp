@@ -13,9 +13,9 @@
 
 namespace touchstone {
 
-/// Which of the watched pairs matter in a frame, and when they meet: axes, then separations where the solids
-/// stand, then conservative advancement. Pairs of one mover depend on each other, as what stops it bounds how
-/// far all others matter; movers do not: lanes take them in any order.
+/// Finds the watched pairs that matter in a frame, and when they meet: first by axes, then by separations at
+/// the current poses, then by conservative advancement. Pairs of one mover depend on each other, since the
+/// pair that stops it limits how far the others matter. Movers do not, so lanes take them in any order.
 class PairFinder {
  public:
   struct Scope {
@@ -35,14 +35,14 @@ class PairFinder {
   /// Fills `pairs`, by solids, with those that are not known to stay apart, and their impacts.
   /// @param contacts as the frame begins, by solids: they come first, as they stop movers soonest.
   Counts find(const Scope& scope, std::span<const ContactState> contacts, std::vector<FramePair>& pairs);
-  /// Once a frame is executed: adds what find() left out as its path leads far away, where that path was not
-  /// gone to its end, and what was in contact before: it may be near yet.
+  /// After a frame is executed: adds pairs that find() left out because their path led far away, where that
+  /// path was not executed to its end, and pairs that were in contact before: both may still be near.
   /// @param contacts as the frame began, by solids.
   void add_left_out(const Scope& scope, std::span<const ContactState> contacts,
                     std::vector<FramePair>& pairs);
 
  private:
-  /// How far a pair came that is examined.
+  /// The stages that an examined pair goes through.
   enum class Stage : std::uint8_t {
     apart,  ///< by an axis, wherever its movers are stopped
     open,   ///< it has to be asked about

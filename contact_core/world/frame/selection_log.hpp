@@ -9,15 +9,15 @@
 
 namespace touchstone {
 
-/// Selection changes from when another thread queues them until they are recorded.
+/// Takes selection changes from the thread that queues them to the record.
 class SelectionLog {
  public:
-  /// From any thread; all else is the frame loop's.
+  /// May be called from any thread; all other functions belong to the frame loop.
   void push(const SelectionChange& change) { queue_.push(change); }
   void forget_queued() { queue_.clear(); }
 
   void take_room() { queue_.reserve(1024), applied_.reserve(1024), refused_.reserve(1024); }
-  /// The record begins anew, with room for that many changes.
+  /// Clears the record and makes room for that many changes.
   void begin_record(std::size_t room);
 
   /// A frame begins: applies what is queued, in order.

@@ -10,7 +10,7 @@
 
 namespace touchstone {
 
-/// How the stops of a part let their movers go on, by slot.
+/// How movers may go on after the stops of a part, by slot.
 struct StopPermits {
   std::vector<std::uint8_t> may_slide;                // what stopped it last lets it slide
   std::vector<std::uint8_t> may_pivot;                // or lets it advance
@@ -24,7 +24,7 @@ struct StopPermits {
       resize_more(*flags, slots);
     }
   }
-  /// Nothing has stopped these roots yet in a frame.
+  /// A frame begins: nothing has stopped these roots yet.
   void forget(std::span<const std::uint32_t> roots) {
     for (const std::uint32_t root : roots) may_slide[root] = may_pivot[root] = translation_only[root] = 0;
   }

@@ -12,8 +12,8 @@
 
 namespace touchstone {
 
-/// The pairs of one part of a frame by when they stop somebody, and by whom they concern. A pair whose time
-/// changes is put in again: what it had before is passed over. Allocates only where there are more pairs than
+/// The pairs of one part of a frame, by the time at which they stop a mover, and by mover. A pair whose time
+/// changes is put in again, and its older entries are skipped. Allocates only where there are more pairs than
 /// were reserved.
 class StopQueue {
  public:
@@ -21,11 +21,11 @@ class StopQueue {
     reserve_more(times_, 4 * pairs), reserve_more(of_root_, 2 * pairs), reserve_more(due_, 4 * pairs);
   }
 
-  /// No times, and nobody is concerned.
+  /// Removes all pairs.
   void clear() { times_.clear(), of_root_.clear(); }
   void forget_times() { times_.clear(); }
 
-  /// All of them before order_roots().
+  /// Adds a pair of a root. All calls come before order_roots().
   void concern(std::uint32_t root, std::uint32_t pair) { of_root_.emplace_back(root, pair); }
   void order_roots() { std::sort(of_root_.begin(), of_root_.end()); }
   /// (root, pair), pairs ascending.

@@ -14,10 +14,10 @@ namespace touchstone {
 
 /// Decides which pairs stop which movers, in one part of a frame.
 ///
-/// In rounds: those pairs that meet first, all of them, stop their movers; then all pairs of these movers are
-/// asked again when they meet, until no pair is open. The order of pairs does not show. A pair that holds
-/// takes its movers back to their start: what these had stopped by then was stopped by a motion that is not
-/// executed, so the rounds begin again without it.
+/// It works in rounds: all pairs that meet first stop their movers; then the other pairs of these movers are
+/// asked again when they meet, until no pair is open. Results do not depend on the order of pairs. A pair
+/// that holds takes its movers back to their start: stops that they had caused by then came from a motion
+/// that is not executed, so the rounds begin again without it.
 class StopResolver {
  public:
   struct Scope {

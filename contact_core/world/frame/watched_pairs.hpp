@@ -13,18 +13,19 @@
 
 namespace touchstone {
 
-/// The pairs that could come near, and how far everything may go until the broadphase is asked for them
-/// again: not in every frame.
+/// The pairs that could come near, and how far each object may go before the broadphase has to be asked
+/// again, which is not in every frame.
 ///
-/// Set-up passes on what came, went or is to look further; a frame lays its paths, brings the pairs up to
-/// date and gathers those that may not be clear on the paths. `model` is written where travels are counted.
+/// Set-up tells which objects came, went or have to be watched further out; a frame lays its paths, updates
+/// the pairs and gathers those that may not be clear on the paths. `model` is written where travels are
+/// counted.
 class WatchedPairs {
  public:
   // Set-up. An object's slot and its solids are laid out in the model, and place_in_body() is done.
 
   /// @param anew as if nothing had happened yet. Pairs of solids that stay keep what is known of them.
   void take_room(const WorldModel& model, bool anew);
-  /// All stand where the model has them, nobody has moved, and no pair is known.
+  /// Begins at the model's poses: nothing has moved, and no pair is known.
   /// @returns false: the broadphase knows no paths.
   bool begin(const WorldModel& model, Broadphase& broadphase);
   /// The slot's object is new, or gone.
@@ -44,12 +45,12 @@ class WatchedPairs {
   void begin_frame(WorldModel& model);
   /// Counts how far the paths of these roots may take each solid. @param roots ascending.
   void lay_paths(WorldModel& model, std::span<const std::uint32_t> roots);
-  /// Counts out what a mover was stopped before.
+  /// Takes back the travels beyond a mover's stop.
   void take_back(WorldModel& model, std::uint32_t root) const;
   /// Objects in motion on the paths that were laid last, slots ascending.
   std::span<const std::uint32_t> moved() const { return moved_; }
 
-  /// The slot's object may go further than its pairs are known for.
+  /// Notes that the slot's object may go further than its pairs are known for.
   void note_due(std::uint32_t slot);
   bool is_due() const { return needs_watch_ || !due_.empty(); }
   /// Asks the broadphase for the pairs of those that are due, or of all.
@@ -59,13 +60,13 @@ class WatchedPairs {
   /// frames place them: events are told of pairs that are watched no longer.
   void end_frame(WorldModel& model);
 
-  /// Those that may not be clear on the paths that are laid.
+  /// Gathers the pairs that may not be clear on the laid paths.
   /// @param close not known to be clear at the start, and switched on; by solids. @param deferred clear
   /// there: once it is known how far paths matter, most of them are clear, and keep_checked() is for the
   /// others.
   void gather(WorldModel& model, const Movers& movers, FrameLanes& lanes, std::vector<std::uint32_t>& close,
               std::vector<std::uint32_t>& deferred);
-  /// Leaves those that are switched on, by solids.
+  /// Keeps those that are switched on, by solids.
   void keep_checked(const WorldModel& model, FrameLanes& lanes, std::vector<std::uint32_t>& indices);
 
   /// The pairs that may come near within a few frames, in no order; moving links need no others.

@@ -24,7 +24,7 @@ class Rides {
     Pose X_WL_, X_WR_;  // where the last frame left the two
   };
 
-  /// @param anew nobody rides.
+  /// @param anew forgets all rides.
   void take_room(std::size_t slots, bool anew) {
     if (anew) rides_.clear();
     resize_more(rides_, slots);
@@ -34,15 +34,15 @@ class Rides {
 
   /// The ride of a root, or null.
   const Ride* find(std::uint32_t root) const { return rides_[root].lead == kNone ? nullptr : &rides_[root]; }
-  /// From where the two stand. Who stands as a ride on the same link left it keeps its place there, so that
-  /// a thousand rides round no more than one.
+  /// Begins a ride at the current poses. An object that stands where its last ride on the same link left it
+  /// keeps its place in the link, so that a thousand rides round no more than one.
   void begin(std::uint32_t root, std::uint32_t lead, std::uint32_t link, const Pose& X_WL, const Pose& X_WR) {
     Ride& ride = rides_[root];
     const bool goes_on = ride.link == link && is_same(ride.X_WL_, X_WL) && is_same(ride.X_WR_, X_WR);
     if (!goes_on) ride.X_LR = compose(inverse(X_WL), X_WR);
     ride.lead = lead, ride.link = link;
   }
-  /// Where a frame, or a part of it, left the two. @pre it rides.
+  /// Notes where a frame, or a part of it, left object and link. @pre it rides.
   void note_place(std::uint32_t root, const Pose& X_WL, const Pose& X_WR) {
     rides_[root].X_WL_ = X_WL, rides_[root].X_WR_ = X_WR;
   }

@@ -8,9 +8,9 @@
 
 namespace touchstone {
 
-/// How far solids have gone since counting began: sums of bounds, so that a pair which was d apart when they
-/// stood at t cannot be nearer than c before they stand at t + d - c. Motion within a mechanism, of
-/// links relative to each other, is counted for each pair of its links apart.
+/// How far solids have gone since counting began, as sums of bounds: a pair that was d apart when its sums
+/// were t cannot be nearer than c before they are t + d - c. Motion within a mechanism, of links relative to
+/// each other, has a sum for each pair of its links.
 struct Travels {
   std::vector<double> of_solid;      ///< [m]
   std::vector<double> of_link_pair;  ///< by pair of links [m]
@@ -29,7 +29,7 @@ struct Travels {
   std::vector<std::uint8_t> has_vertices;  ///< by solid
   std::vector<SolidIndex> unplaced;        ///< within place_vertices()
 
-  /// Sums above say nothing: the squares of lengths may have overflowed.
+  /// Sums beyond this mean nothing: squares of lengths may have overflowed.
   static constexpr double kMost = 0x1p500;
 
   /// Sums round up: what is lost in one addition is less than the last term.

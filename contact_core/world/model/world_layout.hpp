@@ -15,15 +15,15 @@ void list_exempt_pairs(const WorldModel& model, Layout& out);
 /// For all slots and solids of the layout. @param anew as if nothing had moved yet, else values stay.
 void take_room(WorldModel& model, bool anew);
 
-/// Every object is in its body, at rest.
+/// Places every object in its body, at rest.
 void place_all(WorldModel& model);
-/// The slot's object moves with another body, or its own, or is gone.
+/// Takes up that the slot's object moves with another body, or alone, or was removed.
 void change_body(WorldModel& model, std::uint32_t slot);
-/// The slot's solids stand where its object does. @pre place_all() or change_body().
+/// Places the slot's solids where its object stands. @pre place_all() or change_body().
 void place_solids(WorldModel& model, std::uint32_t slot);
-/// The slot's object is new, or gone: it has not moved yet.
+/// Takes up that the slot's object is new or was removed: it has not moved yet.
 void begin_object(WorldModel& model, std::uint32_t slot);
-/// Paths find the poses in bodies where these are now.
+/// Points paths to the poses in bodies, which may have moved in memory.
 void lay_resting_paths(WorldModel& model);
 
 }  // namespace touchstone

@@ -63,17 +63,18 @@ struct WorldModel {
     const ObjectRecord& body = objects[objects[slot].body];
     return body.is_link() ? mechanisms.at(body.mechanism) : nullptr;
   }
-  /// On whose path the object goes: mechanism_of(), or the one of which a link takes it along; or null.
+  /// The mechanism on whose path the object goes: mechanism_of(), or the one of which a link takes it along;
+  /// or null.
   MechanismMover* arm_of(std::uint32_t slot) const {
     const Rides::Ride* ride = rides.find(objects[slot].root);
     return mechanism_of(ride == nullptr ? slot : ride->lead);
   }
-  /// By which link of that. @pre there is one.
+  /// The link of that mechanism with which it goes. @pre there is one.
   std::uint32_t link_of(std::uint32_t slot) const {
     const Rides::Ride* ride = rides.find(objects[slot].root);
     return ride == nullptr ? objects[objects[slot].body].link : ride->link;
   }
-  /// Where an object that goes so stands, with its link at X_WL.
+  /// The pose of such an object while its link is at X_WL.
   Pose pose_on_link(std::uint32_t slot, const Pose& X_WL) const;
   /// Whether the two go with one link, or with two that no joint moves against each other, and one of them
   /// only for a frame: they stand to each other as they did.
@@ -126,7 +127,7 @@ struct WorldModel {
   /// At least what any pair keeps that is no further from the origin [m].
   double gap_at(double distance) const;
   double gap_of(const SolidPair& pair) const;
-  /// Once an object stands elsewhere: for `furthest`.
+  /// Updates `furthest` after an object was moved.
   void note_place(std::uint32_t slot) { furthest = std::max(furthest, norm_inf(objects[slot].X_WO.p)); }
   /// No pair has more.
   PairDistances most_distances() const;
@@ -135,9 +136,9 @@ struct WorldModel {
   double contact_reach(SolidIndex solid, double travel) const;
   /// The same of all solids of an object with levels.
   double contact_reach_of_object(std::uint32_t slot, double travel) const;
-  /// Switched on, not exempt, and not of one body.
+  /// Whether the pair is switched on, not exempt, and not of one body.
   bool is_checked(const SolidPair& pair) const;
-  /// Its rule and distances; nothing is known of it yet.
+  /// Makes a pair with its rule and distances, of which nothing else is known yet.
   FramePair frame_pair(const SolidPair& pair) const;
   /// Index of two links of one mechanism into Travels::of_link_pair, or kNoLinkPair.
   std::uint32_t link_pair_index(const SolidPair& pair) const;
@@ -146,7 +147,7 @@ struct WorldModel {
   bool has_planned(const MechanismMover& mover) const {
     return mover.planned_path == mover.paths && mover.planned_after == travels.clearings;
   }
-  /// How far no point of the solid goes on the mechanism's path [m].
+  /// No point of the solid goes further than this on the mechanism's path [m].
   double travel_on(const MechanismMover& mover, SolidIndex solid) const;
   /// The same of all that is within a sphere in the slot's body.
   double travel_on(const MechanismMover& mover, std::uint32_t slot, const Sphere& sphere_B) const;
@@ -182,15 +183,16 @@ std::uint32_t mover_of(const WorldModel& model, const SolidPair& pair);
 void find_impact_of(const WorldModel& model, NarrowphaseQuery& query, WatchedPair& watch, FramePair& pair,
                     const SeparationMemo::Answer* start, double until = 1.0);
 
-/// As these watched pairs' solids stand: so that lanes only read vertices_of().
+/// Computes vertices of these watched pairs' solids, so that lanes only read vertices_of().
 void place_vertices(WorldModel& model, FrameLanes& lanes, const PairWatch& watched,
                     std::span<const std::uint32_t> watches);
-/// As a solid stands; kept until it moves.
+/// A solid's vertices at its current pose; they are kept until it moves.
 const WorldVertices& vertices_of(WorldModel& model, SolidIndex solid);
-/// A lower bound of the separation of two solids as they stand [m]: how far apart they are along the axis
-/// that parted them last, or the line of their centres. A tenth of what a narrowphase call costs.
+/// A lower bound of the separation of two solids at their current poses [m]: how far apart they are along the
+/// axis that separated them last, or the line of their centres. It costs a tenth of a narrowphase call.
 double apart_at_least(WorldModel& model, const WatchedPair& watch);
-/// Whether a pair is further apart than `travel` and what is of interest by that bound: then this is noted.
+/// Whether that bound shows a pair to be further apart than `travel` and the distance of interest; then this
+/// is noted.
 /// @param standing travels of the two where they stand. @pre the narrowphase gives separations.
 bool is_apart_by_axis(WorldModel& model, WatchedPair& watch, const PairDistances& pair, double standing,
                       double travel);

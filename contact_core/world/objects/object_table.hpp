@@ -83,11 +83,11 @@ class ObjectTable {
   void reserve_more();
 
   const TableChanges& changes() const { return changes_; }
-  /// They are taken up.
+  /// The changes were taken up.
   void forget_changes();
 
   bool is_alive(ObjectHandle object) const;
-  /// Alive, not static, not carried, no link.
+  /// Whether it is alive, not static, not carried, and no link.
   bool may_move(ObjectHandle object) const;
   /// @throws InputError.
   std::uint32_t slot_of(ObjectHandle object) const;

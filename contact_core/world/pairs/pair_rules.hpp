@@ -8,9 +8,10 @@
 
 namespace touchstone {
 
-/// Which rule a pair of objects follows: field by field its own, else that of the last group rule that fits
-/// and sets it, else the default's, else EffectiveRule's. A rule set again replaces the one before; an empty
-/// one takes it back. A pair's rule ends with either object. Memory is bounded by the rules in force.
+/// Decides which rule a pair of objects follows. Each field comes from the pair's own rule, else from the
+/// last group rule that fits and sets it, else from the default rule, else from EffectiveRule. A rule set
+/// again replaces the one before; an empty one takes it back. A pair's rule ends with either object. Memory
+/// is bounded by the rules in force.
 class PairRules {
  public:
   /// @throws InputError: a warn distance that is not finite or below 0. The next three do so, too.
@@ -35,7 +36,7 @@ class PairRules {
   /// Raises each slot's reach to what its rules and those of its pairs ask. @param by_slot [m].
   void find_reaches(const ObjectTable& objects, std::span<double> by_slot) const;
   double largest_group_warn_distance() const;
-  /// Which of the two.
+  /// Which of two groups bears a rule.
   std::uint32_t bearer_of(std::uint32_t first, std::uint32_t second) const;
 
   /// At least that of every rule there was [m].

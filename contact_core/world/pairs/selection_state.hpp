@@ -50,7 +50,7 @@ class Selection {
   /// nobody has named.
   bool apply(const SelectionChange& change, const ObjectTable& objects, const MechanismTable& mechanisms);
   void select_all() { *this = {}; }
-  /// The slot's object is gone: the next one in it is on.
+  /// Takes up that the slot's object was removed: the next one in the slot is on.
   void forget(std::uint32_t slot);
   bool is_on(const ObjectTable& objects, std::uint32_t a, std::uint32_t b) const;
 

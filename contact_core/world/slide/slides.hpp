@@ -13,11 +13,11 @@
 
 namespace touchstone {
 
-/// The slide policy: movers that slide pairs stopped go on towards their commanded poses in sub-steps. All of
-/// a sub-step are planned from the same poses, each for itself (a pair of two sliders shares its slack), then
-/// move together as on any path: who is registered first does not matter. This class leads from part to
-/// part: SlidePairs finds what is near, plan_rigid_slide() and plan_arm_slide() plan, and stops and execution
-/// are those of any path.
+/// The slide policy: movers that were stopped by slide pairs go on towards their commanded poses in
+/// sub-steps. In a sub-step all movers are planned from the same poses, each by itself (a pair of two sliders
+/// shares its slack), and then move together as on any path, so that the order of registration does not
+/// matter. This class leads through the sub-steps: SlidePairs finds the pairs that are near,
+/// plan_rigid_slide() and plan_arm_slide() plan, and stops and execution are those of any path.
 class Slides {
  public:
   Hands hands;
