@@ -30,7 +30,8 @@ struct BroadphaseInput {
   TaskRunner* threads = nullptr;
 };
 
-/// Where every solid goes in a frame: from one pose to another, on a path that may bend and turn in between.
+/// The paths of all solids in a frame: each from one pose to another, perhaps with bends and turns in
+/// between.
 struct SolidPaths {
   std::span<const Pose> from;  ///< X_WS of every solid at the start
   std::span<const Pose> to;    ///< and at the end
@@ -40,7 +41,7 @@ struct SolidPaths {
   std::span<const double> bulge = {};
 };
 
-/// Where find_pairs goes on. A default-made cursor starts from the lowest pair.
+/// The place at which find_pairs() goes on. A default-made cursor starts from the lowest pair.
 struct PairCursor {
   SolidPair next{0, 0};  ///< no pair below this comes up again
   bool done = false;

@@ -24,8 +24,7 @@ Box bounding_box(const SweptSphere& swept, double margin);
 /// ones may touch everything. Which of two that are apart by a rounding only may touch depends on the order.
 bool may_touch(const SweptSphere& a, const SweptSphere& b, double margin);
 
-// How far a point of a moving body strays from the straight segment between where it starts and where it
-// ends.
+// Bounds on how far a point of a moving body leaves the straight segment between the two ends of its path.
 
 /// How far a point that travels `length` [m] at most can leave the straight line between its ends.
 double bulge_of_path_length(double length, const Vector3& from_W, const Vector3& to_W);

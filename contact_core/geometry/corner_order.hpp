@@ -7,9 +7,9 @@
 #include "touchstone/contact_core/geometry/face_plane.hpp"
 
 /// @file
-/// Which of eight points is which corner of a hexahedron. The hull of the points is found exactly; of the 840
-/// cubes that eight points can be labelled as, those whose edges are all edges of the hull are the orders in
-/// question, and the one whose faces bend least is the hexahedron.
+/// Assigns eight points to the corners of a hexahedron. The hull of the points is found exactly. Of the 840
+/// cubes as which eight points can be labelled, those count whose edges are all edges of the hull, and of
+/// these the one whose faces bend least is taken.
 
 namespace touchstone {
 

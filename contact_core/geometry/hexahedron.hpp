@@ -25,7 +25,7 @@ struct EdgeLine {
   Vector3 direction;  ///< end - origin, not normalised [m]
 };
 
-/// In the frame that its name gives: sphere_S in a solid's, sphere_O in an object's.
+/// A sphere in the frame that its variable's name gives: sphere_S in a solid's, sphere_O in an object's.
 struct Sphere {
   Vector3 centre;
   double radius;  ///< [m]

@@ -11,9 +11,9 @@
 #include "touchstone/contact_core/narrowphase/narrowphase.hpp"
 
 /// @file
-/// Whether configurations of a mechanism are free of contact: the question that a motion planner asks by the
-/// thousand, each time about joint values that have nothing to do with those before. Contact worlds answer
-/// another one, how far a motion may go.
+/// Whether configurations of a mechanism are free of contact. Motion planners ask this by the thousand, each
+/// time about joint values that are unrelated to the last ones. Contact worlds answer another question: how
+/// far a motion may go.
 
 namespace touchstone {
 
@@ -41,13 +41,14 @@ struct ConfigurationScene {
   std::vector<ExemptPair> exempt = {};
 };
 
-/// Answers for configurations of one mechanism among obstacles that stand still. Checked are the hexahedra of
-/// links and carried objects against obstacles and against each other, but for what is exempt, what a link
-/// carries against that link, and pairs that no joint moves: those are the same in every configuration.
+/// Checks configurations of one mechanism among obstacles at rest. It checks the hexahedra of links and
+/// carried objects against obstacles and against each other. It leaves out exempt pairs, a carried object
+/// against the link that carries it, and pairs that no joint moves: those are the same in every
+/// configuration.
 ///
-/// A configuration is free when its narrowphase finds every checked pair `separated`, at X_WS =
-/// compose(link pose, X_LS): touching is contact, and an undecided pair is not free. Which pairs it is asked
-/// about, in which order and after which one it stops, changes no answer.
+/// A configuration is free when the narrowphase finds every checked pair `separated`, at X_WS =
+/// compose(link pose, X_LS): touching is contact, and an undecided pair is not free. Answers do not depend on
+/// which pairs the narrowphase is asked about, nor on their order.
 ///
 /// Immutable once made; const use from several threads is safe, each with a Scratch of its own, where the
 /// narrowphase's is (Capabilities::thread_safe).
@@ -62,14 +63,14 @@ class ConfigurationCheck {
 
   const Mechanism& mechanism() const;
 
-  /// A thread's memory; nothing else is written. Good for the check that made it, while that lives.
+  /// A thread's memory; nothing else is written. It belongs to the check that made it, and ends with it.
   class Scratch {
    public:
     ~Scratch();
     Scratch(Scratch&&) noexcept;
     Scratch& operator=(Scratch&&) noexcept;
 
-    /// Pairs that the narrowphase was asked about so far, over all calls: what the coarse tests left.
+    /// The number of pairs that coarse tests left to the narrowphase, over all calls so far.
     std::uint64_t pairs_asked() const;
 
    private:
@@ -80,12 +81,13 @@ class ConfigurationCheck {
   };
   Scratch make_scratch() const;
 
-  /// Limits of joints are not looked at (Mechanism::is_within_limits()). Values that are not finite are not
-  /// free. No allocation after a Scratch's first calls.
+  /// Ignores the joints' limits (Mechanism::is_within_limits()). Values that are not finite are not free.
+  /// Does not allocate after a Scratch's first calls.
   /// @param q joint values [rad or m]. @pre q.size() == mechanism().value_count()
   bool is_free(std::span<const double> q, Scratch& scratch) const noexcept;
 
-  /// As is_free(), of several: out[i] is 1 where it is free, else 0. Returns how many are.
+  /// is_free() of several configurations: out[i] is 1 where configuration i is free, else 0. Returns how many
+  /// are.
   /// @param configurations one after another. @pre as many times value_count() values as `out` has places.
   std::size_t are_free(std::span<const double> configurations, std::span<std::uint8_t> out,
                        Scratch& scratch) const noexcept;

@@ -9,18 +9,18 @@
 #include "touchstone/contact_core/motion/mass_metric.hpp"
 #include "touchstone/contact_core/motion/row_projection.hpp"
 
-// A mechanism's motions to first order: what a change of joint values does to its links, and which change the
-// contacts allow that is closest to the one wanted.
+// A mechanism's motions to first order: how a change of joint values moves its links, and the change closest
+// to the wanted one that contacts allow.
 
 namespace touchstone {
 
 /// Mechanisms with more joint values do not slide.
 inline constexpr int kMostSlideJoints = 32;
 using JointVector = std::array<double, kMostSlideJoints>;  ///< unused values are 0
-/// By rows; of a triangular one the lower half.
+/// A matrix by rows; of a triangular one only the lower half is used.
 using JointMatrix = std::array<JointVector, kMostSlideJoints>;
 
-/// How long a change of joint values is: |dq|^2 = sum of w dq^2, or dq . M dq. Keeps references.
+/// The metric of changes of joint values: |dq|^2 = sum of w dq^2, or dq . M dq. Keeps references.
 struct JointMetric {
   std::span<const double> weights;    ///< w, one a value, > 0
   const JointMatrix* root = nullptr;  ///< L of M = L L^T, M - diag(w) >= 0; null: M is diag(w)
@@ -28,7 +28,7 @@ struct JointMetric {
 /// Cholesky's L of the lower half of M. @pre M - diag(weights) >= 0, to rounding.
 void find_root(const JointMatrix& M, std::span<const double> weights, JointMatrix& L) noexcept;
 
-/// Axes and reaches of a mechanism as it stands. set() does not allocate.
+/// Axes and reaches of a mechanism at its current pose. set() does not allocate.
 class JointFrame {
  public:
   explicit JointFrame(const Mechanism& mechanism);
@@ -45,12 +45,13 @@ class JointFrame {
   Twist twist(std::uint32_t value, const Vector3& c_W) const;
   Twist twist(const JointVector& dq, std::uint32_t link, std::uint32_t other, const Vector3& c_W) const;
 
-  /// How far a point of the link within `radius` of its origin goes relative to the other link, at most, for
-  /// a change of joint values of length 1 in the metric, by wherever the arm stands: sqrt(sum of r^2 / w), r
-  /// of the values that move the link but not the other. @pre set_reaches().
+  /// The most that a point of the link, within `radius` of its origin, can move relative to the other link
+  /// for a change of joint values of length 1 in the metric, at any pose of the arm: sqrt(sum of r^2 / w),
+  /// with r of the values that move the link but not the other. @pre set_reaches().
   double reach(std::uint32_t link, std::uint32_t other, double radius, std::span<const double> weights) const;
-  /// How far one unit of a value that moves the link moves a point within `radius` of the link's origin, at
-  /// most. @pre set_reaches().
+  /// The most that one unit of a value that moves the link can move a point within `radius` of the link's
+  /// origin.
+  /// @pre set_reaches().
   double furthest(std::uint32_t value, std::uint32_t link, double radius) const {
     return axes_[value].turns ? reaches_[link * axes_.size() + value] + radius : 1.0;
   }
@@ -75,11 +76,11 @@ struct JointRow {
   std::uint32_t link = 0, other = 0;  ///< the mover's, and what it is seen from: the obstacle's, or the base
 };
 
-/// Bounds what a path to q + dq bends away from its rows.
+/// Bounds how far a path to q + dq bends away from its rows.
 class JointBends {
  public:
   virtual ~JointBends() = default;
-  /// The path to q + dq, of which the others speak.
+  /// Sets the path, to q + dq; the other functions refer to it.
   virtual void lay(const JointVector& dq) noexcept = 0;
   /// Bounds |d^2/ds^2| of the row's distance on the path [m]; the first is coarse and costs little.
   virtual double most(std::size_t row) noexcept = 0;
@@ -96,12 +97,12 @@ struct JointSlidePlan {
   std::uint64_t work = 0;  ///< rows that were projected on, each time, and steps of the projections
 };
 
-/// As plan_slide(), in joint space: min |dq - goal| under the rows, raised by what the path bends; no longer
-/// than the distance to the goal shrinks.
+/// plan_slide() in joint space: min |dq - goal| under the rows, raised by the path's bends; the plan ends
+/// where the distance to the goal would grow.
 /// @pre at most kMostRows rows, at most kMostSlideJoints weights.
 JointSlidePlan plan_joint_slide(const JointVector& goal, const JointMetric& metric,
                                 std::span<const JointRow> rows, JointBends& bends);
-/// The same without bends and without an end: only how the rows hold it.
+/// The same without bends and without an end: only the projection on the rows.
 /// @returns false where none fulfils the rows (to rounding).
 bool project_joints(const JointVector& goal, const JointMetric& metric, std::span<const JointRow> rows,
                     JointSlidePlan& plan);

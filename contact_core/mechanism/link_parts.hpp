@@ -5,7 +5,7 @@
 #include "touchstone/contact_core/mechanism/mechanism.hpp"
 
 /// @file
-/// Parts that links of bundled arms are made of, besides round ones (round_parts.hpp).
+/// Parts of the bundled arms' links, besides round ones (round_parts.hpp).
 
 namespace touchstone {
 

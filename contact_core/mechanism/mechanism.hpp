@@ -22,7 +22,7 @@ enum class JointKind : std::uint8_t { fixed, revolute, prismatic };
 /// The enumerator's name.
 std::string_view to_string(JointKind kind);
 
-/// Carried along for dynamics: nothing here reads it.
+/// Mass and inertia of a link, kept for dynamics; nothing here reads them.
 struct MassProperties {
   double mass = 0.0;                          ///< [kg], >= 0; 0: not known
   Vector3 centre_L = Vector3::Zero();         ///< centre of mass in the link's frame [m]
@@ -62,7 +62,7 @@ struct MechanismDescription {
   std::string base = {};
   /// A value for each joint that moves, in the order of `joints`; empty: all 0. See reference_overlaps.hpp.
   std::vector<double> reference = {};
-  /// Besides the links that a joint joins. Each is a link or `link/hexahedron`.
+  /// Pairs that are not checked, besides links that a joint joins. Each name is a link or `link/hexahedron`.
   std::vector<ExemptPair> exempt_pairs = {};
   std::vector<FacetFigure> facet_figures = {};  ///< of round parts; `object` is the link
 };
@@ -80,7 +80,7 @@ class Mechanism {
  public:
   static constexpr std::uint32_t kNone = 0xffffffff;
 
-  /// A link and where it hangs.
+  /// A link and its place in the tree.
   struct Link {
     std::string name;
     std::shared_ptr<const HexahedronTree> tree;  ///< named `mechanism.link`; null: no solids
@@ -90,7 +90,7 @@ class Mechanism {
     std::uint32_t solid_count = 0;
   };
 
-  /// As seen from the base: X_PC(q) = X_PJ * J(q) * X_JC.
+  /// A joint as seen from the base: X_PC(q) = X_PJ * J(q) * X_JC.
   struct Joint {
     std::string name;
     JointKind kind;
@@ -117,10 +117,10 @@ class Mechanism {
   const MechanismDescription& description() const { return description_; }
   const std::string& name() const { return description_.name; }
   std::uint32_t base() const { return base_; }
-  /// In the description's order, whatever the base.
+  /// The links in the description's order, whichever the base is.
   const std::vector<Link>& links() const { return links_; }
   const std::vector<Joint>& joints() const { return joints_; }
-  /// Joints that move: the size of every span of joint values, in the order of joints().
+  /// The number of joints that move, and so the size of every span of joint values, in the order of joints().
   std::uint32_t value_count() const { return static_cast<std::uint32_t>(reference_.size()); }
   std::span<const double> reference() const { return reference_; }
   /// Joints from the base outwards: each after the one that its inner link hangs on.

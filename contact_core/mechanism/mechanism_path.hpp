@@ -9,13 +9,13 @@
 
 namespace touchstone {
 
-/// A mechanism's path over a frame: every joint value goes evenly from where it is to where it is commanded,
-/// q(s) = q0 + s (q1 - q0), at q0 and q1 exactly at the ends. Bodies are links. The base stands still.
+/// A mechanism's path over a frame: every joint value changes evenly from the actual to the commanded one,
+/// q(s) = q0 + s (q1 - q0), which is exact at both ends. Bodies are links. The base stands still.
 ///
 /// Const use from several threads is safe. set() and everything after it do not allocate.
 class MechanismPath final : public MotionPath {
  public:
-  /// At rest in the reference pose, the base at the world's origin. Keeps a reference.
+  /// A path at rest in the reference pose, with the base at the world's origin. Keeps a reference.
   explicit MechanismPath(const Mechanism& mechanism);
 
   /// @param X_WB of the base; put through rigid_frame(). @param from, to value_count() values each.
@@ -27,7 +27,7 @@ class MechanismPath final : public MotionPath {
            std::span<const Pose> X_WL = {}) noexcept;
   /// As set(), at rest. @param X_WL link_poses() there.
   void rest(const Pose& X_WB, std::span<const double> values, std::span<const Pose> X_WL) noexcept;
-  /// Computes what lay() left out: the end. The path is then as after set().
+  /// Computes the end, which lay() left out. The path is then as after set().
   void finish() noexcept;
 
   const Mechanism& mechanism() const { return *mechanism_; }
@@ -54,13 +54,13 @@ class MechanismPath final : public MotionPath {
   /// Bounds over all of [0, 1] on the speed of a point fixed in the link [m], on the link's angular velocity
   /// [rad] and on that one's derivative.
   double speed_bound(std::uint32_t link, const Vector3& p_L) const noexcept;
-  /// On the acceleration of a point fixed in the link, in any direction [m].
+  /// A bound on the acceleration of a point fixed in the link, in any direction [m].
   double acceleration_bound(std::uint32_t link, const Vector3& p_L) const noexcept;
   double turn_bound(std::uint32_t link) const noexcept;
   double turn_change_bound(std::uint32_t link) const noexcept;
 
-  /// How far a point fixed in the link strays from the straight segment between where it is at 0 and at 1
-  /// [m], for SolidPaths::bulge; rounding included.
+  /// A bound on how far a point fixed in the link leaves the straight segment between its places at 0 and at
+  /// 1 [m], for SolidPaths::bulge; it includes rounding.
   double bulge(std::uint32_t link, const Vector3& p_L) const noexcept;
 
   /// No point p_L of a pose from at() is further than this from the path in exact arithmetic [m].
@@ -72,8 +72,8 @@ class MechanismPath final : public MotionPath {
     double first = 0.0, second = 0.0, third = 0.0;
   };
 
-  /// Links between which nothing moves on this path turn as one. Section 0 is the base's. Vectors are as at
-  /// s = 1/2.
+  /// A set of links that do not move relative to each other on this path. Section 0 is the base's. Vectors
+  /// are those at s = 1/2.
   struct Section {
     std::uint32_t inner = 0;                         ///< the section it hangs on
     Vector3 entry_W = Vector3::Zero();               ///< where it does

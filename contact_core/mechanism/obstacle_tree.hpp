@@ -19,7 +19,7 @@ struct AxisBox {
   static AxisBox around(const AxisBox& a, const AxisBox& b);
 };
 
-/// A box that is turned, as seen from the world.
+/// A turned box in the world.
 struct TurnedBox {
   TurnedBox() = default;
   TurnedBox(const AxisBox& box, const Matrix3& R, const Vector3& p_W);
@@ -44,7 +44,7 @@ inline bool may_meet(const AxisBox& a, const TurnedBox& b, double slack) {
 /// The same, of two turned boxes.
 bool may_meet(const TurnedBox& a, const TurnedBox& b, double slack);
 
-/// A binary tree of boxes over things that stand still.
+/// A binary tree of boxes over obstacles at rest.
 class ObstacleTree {
  public:
   /// @param boxes of the obstacles, by index.
@@ -52,7 +52,7 @@ class ObstacleTree {
 
   const AxisBox& box(std::uint32_t thing) const { return boxes_[thing]; }
 
-  /// Calls visit(thing) for every thing that may_meet() the box, in an order that is the tree's, until it
+  /// Calls visit(obstacle) for every obstacle that may_meet() the box, in the tree's order, until visit
   /// returns false. Returns whether it never did.
   template <class Visit>
   bool for_each(const TurnedBox& box, double slack, const Visit& visit) const noexcept {

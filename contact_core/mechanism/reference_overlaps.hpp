@@ -14,9 +14,9 @@ struct ReferenceOverlap {
   double separation;  ///< [m]; NaN where the narrowphase gives none
 };
 
-/// Every pair that is not exempt and that `narrowphase` does not find separated in the reference pose, by
-/// pair: a modelling error, or an exemption that was left out. None is dropped; what is to be ignored has to
-/// be listed in MechanismDescription::exempt_pairs. Cold path: builds `narrowphase` anew over the mechanism's
+/// Returns every pair that is not exempt and that `narrowphase` does not find separated in the reference
+/// pose: a modelling error, or an exemption that was left out. None is dropped; pairs to ignore have to be
+/// listed in MechanismDescription::exempt_pairs. Cold path: builds `narrowphase` anew over the mechanism's
 /// solids.
 std::vector<ReferenceOverlap> find_reference_overlaps(const Mechanism& mechanism, Narrowphase& narrowphase);
 

@@ -8,10 +8,10 @@
 
 namespace touchstone {
 
-/// A mechanism's path as each of its links sees it: the link stands still where it is at s = 0, and what lies
-/// between it and the base moves instead. Two links meet at the same s in any of these, but only what turns
-/// between the two counts towards the bounds: an arm that carries a folded part of itself round keeps clear
-/// at once. set-up allocates, all else does not.
+/// A mechanism's path in the frame of each of its links: that link rests at its pose at s = 0, and the links
+/// between it and the base move instead. Two links meet at the same s in every such view, but only joints
+/// between the two count towards the bounds: an arm that swings with its outer part folded is known to be
+/// clear of itself in one step. Only set-up allocates.
 class RelativePaths {
  public:
   explicit RelativePaths(const Mechanism& mechanism);

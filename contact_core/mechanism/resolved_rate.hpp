@@ -29,12 +29,12 @@ struct ResolvedRateSettings {
 /// Holds scratch, one a thread; nothing allocates after construction. Keeps a reference.
 class ResolvedRate {
  public:
-  /// @param held_values joints of the link's chain that stay; values off the chain are passed by.
+  /// @param held_values joints of the link's chain that do not move; values off the chain are ignored.
   /// @throws InputError: a setting out of range, a link that no joint moves, held ones left out.
   ResolvedRate(const Mechanism& mechanism, std::uint32_t link, const ResolvedRateSettings& settings = {},
                std::span<const std::uint32_t> held_values = {});
 
-  /// How far solve() missed its command.
+  /// The result of solve(), and how far it missed its command.
   struct Outcome {
     /// All joint rates were scaled down to this share, so that each is within its joint's limit; 1: none was.
     double scale = 1.0;

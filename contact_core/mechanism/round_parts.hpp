@@ -6,7 +6,7 @@
 #include "touchstone/contact_core/mechanism/mechanism.hpp"
 
 /// @file
-/// Round parts of links as hexahedra. By how much their facets are off is returned as data.
+/// Round parts of links as hexahedra, with the errors of their facets.
 
 namespace touchstone {
 
@@ -32,7 +32,7 @@ RoundPart make_tube(double outer_radius, double inner_radius, double length, int
 /// Adds the part to a link of the description. @pre link < description.links.size()
 void append(RoundPart part, std::size_t link, MechanismDescription& description);
 
-/// How far a faceted circle is off at most: r (1 - cos(pi/n)) inscribed, r (1 / cos(pi/n) - 1) otherwise [m].
+/// The largest error of a faceted circle: r (1 - cos(pi/n)) inscribed, r (1 / cos(pi/n) - 1) otherwise [m].
 double polygon_error(double radius, int facets, bool inscribed);
 
 }  // namespace touchstone

@@ -7,13 +7,13 @@ namespace touchstone {
 
 /// How conservative advancement ended.
 enum class AdvanceEnd : std::uint8_t {
-  answered,     ///< a look said that it ends there
+  answered,     ///< a look ended it
   looks_spent,  ///< no answer by the last look allowed, or none that lets it on: nothing is known beyond s
 };
 
-/// Conservative advancement (Mirtich 1996): a motion is looked at, and from there goes on as far as nothing
-/// can have been missed; there it is looked at again. find_impact(), find_sampled_impact() and physics' fast
-/// pairs are this with looks of their own.
+/// Conservative advancement (Mirtich 1996): looks at a motion, goes on as far as nothing can be missed, and
+/// looks again there. find_impact(), find_sampled_impact() and physics' fast pairs use it with looks of their
+/// own.
 /// @param s where the first look is; at the end, where the last one was.
 /// @param look look(s) returns where to look next, or none: it ends here, and the look keeps what it found.
 template <class Look>

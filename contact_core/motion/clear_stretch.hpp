@@ -43,15 +43,16 @@ struct PlacedSolid {
 
 PlacedSolid place(const MovingSolid& moving, double s);
 
-/// The solids are sure to stay apart by `threshold` for the stretch returned, `longest` at most: by the plane
-/// of the closest points, or, in contact and where that one clears little, by the best of all planes at hand.
+/// Returns a stretch, `longest` at most, on which the solids are sure to stay apart by `threshold`: by the
+/// plane of the closest points, or, in contact and where that plane clears little, by the best of all known
+/// planes.
 /// @param queries made so far on this path.
 /// @pre both are placed at one s, where `geometry` is theirs; both paths are smooth for `longest` (see
 /// next_break()).
 Stretch find_clear_stretch(const PlacedSolid& a, const PlacedSolid& b, const PairGeometry& geometry,
                            const GapRule& rule, double threshold, double longest, int queries);
 
-/// Where a pair in motion is looked at next.
+/// The next place on its path at which a moving pair is looked at.
 struct PathStep {
   double next;              ///< clear up to there; where a solid comes to rest, or the end, at the latest
   bool at_end = false;      ///< that is s = 1
@@ -68,17 +69,17 @@ bool stays_apart_along(const MovingSolid& a, const MovingSolid& b, const Vector3
 
 bool is_at_rest(const MovingSolid& moving, double s);
 
-/// Bits of a solid's vertices without those that stand where one before them does: of a capsule two. All of
-/// solids without a radius.
+/// Bits of a solid's distinct vertices: without those that coincide with an earlier one. A capsule has two, a
+/// solid without a radius eight.
 unsigned distinct_vertices(const Hexahedron& solid, const WorldVertices& vertices);
 
-/// Where the next solid comes to rest, or the end: between such points both paths are smooth.
+/// The next s at which a solid comes to rest, or 1: between such points both paths are smooth.
 double next_break(const MovingSolid& a, const MovingSolid& b, double s);
 
-/// At least S of the error measures.
+/// A scale of the pair, at least the S of error measures.
 double scale_of(const PlacedSolid& a, const PlacedSolid& b);
 
-/// The fastest that any point of either solid goes as the other one sees it [m per unit of s].
+/// The largest speed of any point of either solid relative to the other solid [m per unit of s].
 double relative_speed(const PlacedSolid& a, const PlacedSolid& b);
 
 /// True where the status carries a separation.

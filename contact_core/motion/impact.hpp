@@ -9,11 +9,12 @@
 #include "touchstone/contact_core/narrowphase/narrowphase.hpp"
 
 /// @file
-/// When two moving solids meet: conservative advancement (Mirtich 1996) with the motion projected on the
-/// separating axis (Zhang, Lee, Kim 2006). At s the pair's separation and normal n are queried; along that
-/// fixed n every vertex's path is enclosed by its value, its slope and a bound on its curvature, so the
-/// projections' distance, which the separation never falls below, is known to stay above a threshold up to
-/// some s': there it is queried again. Motion along a face takes one step, however close.
+/// The time at which two moving solids meet, by conservative advancement (Mirtich 1996) with the motion
+/// projected on the separating axis (Zhang, Lee, Kim 2006). At s the pair's separation and normal n are
+/// queried. Along the fixed n a vertex's path is enclosed by its value, its slope and a bound on its
+/// curvature. So the distance of the projections, a lower bound of the separation, is known to stay above a
+/// threshold up to some s', where the pair is queried again. Motion along a face takes one step, however
+/// close.
 
 namespace touchstone {
 
@@ -94,8 +95,8 @@ class SeparationQuery {
 inline constexpr int kImpactIterations = 256;
 
 /// Where the query judges poses: find_sampled_impact() (sampled_impact.hpp).
-/// A pair that starts at or below the gap, or overlapping, is stopped only by what would bring it below
-/// rule.threshold(): moving away and along is free, and no depth grows.
+/// A pair that starts at or below the gap, or overlapping, is stopped only where it would fall below
+/// rule.threshold(): it is free to move away and along, and no depth grows.
 /// @param interest a pair that is sure to stay further apart than this to the end is not queried there [m].
 /// @param until the search stops beyond this s: the result is then `clear`, with lo past it. Ignored where
 /// the query judges poses.

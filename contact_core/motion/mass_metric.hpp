@@ -3,8 +3,9 @@
 #include "touchstone/contact_core/geometry/hexahedron.hpp"
 
 /// @file
-/// How far a rigid body is from where it is to be: by its mass metric at uniform density, over its mass. For
-/// a displacement dc of its centre of mass and a turn w (axis times angle) that is |dc|^2 + w . J w [m^2].
+/// The distance of a rigid body from its goal in its mass metric at uniform density, divided by its mass. For
+/// a displacement dc of its centre of mass and a turn w (axis times angle) its square is |dc|^2 + w . J w
+/// [m^2].
 
 namespace touchstone {
 

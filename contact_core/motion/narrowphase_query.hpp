@@ -15,14 +15,14 @@
 
 namespace touchstone {
 
-/// True where find_impact() can go by the narrowphase's own separations.
+/// True where find_impact() can use the narrowphase's own separations.
 inline bool gives_signed_distance(const Narrowphase& narrowphase) {
   const Capabilities& can = narrowphase.capabilities();
   return can.distance && can.penetration && std::isfinite(can.resolution.of_depth);
 }
 
-/// Trial poses for a narrowphase that was built over many solids: only the pair in question is placed,
-/// nothing of it is kept. One a thread.
+/// Asks a narrowphase that was built over many solids about trial poses: only the pair's own poses are set,
+/// and none is kept. One a thread.
 class NarrowphaseQuery final : public SeparationQuery {
  public:
   /// Keeps a reference. @param solids as many as `narrowphase` was built with.
@@ -54,11 +54,10 @@ class NarrowphaseQuery final : public SeparationQuery {
   /// anything. Keeps a reference. @pre other.remember().
   void look_up_in(const NarrowphaseQuery& other) { known_ = other.known_; }
 
-  /// Until it is taken back nothing more is remembered.
+  /// Remembers nothing more until it is called with false.
   void pause_notes(bool pause) { is_paused_ = pause; }
 
-  /// The narrowphases took up other solids: what is remembered is forgotten. @param solids as many as there
-  /// are now.
+  /// Forgets all answers, since the narrowphases took up other solids. @param solids their number now.
   void take_up(std::size_t solids) {
     poses_.resize(solids);
     if (memo_) memo_->forget();

@@ -6,12 +6,11 @@
 #include "touchstone/contact_core/geometry/pose.hpp"
 
 /// @file
-/// How things move within one frame: a path over s in [0, 1], from the pose at the frame's start to the
-/// commanded one.
+/// Motion within one frame: a path over s in [0, 1], from the pose at the frame's start to the commanded one.
 
 namespace touchstone {
 
-/// Where a body is on its path and how it moves there; rates are with respect to s.
+/// A body's pose on its path and its motion there; rates are with respect to s.
 struct BodyState {
   Pose X_WO;
   Vector3 centre_W = Vector3::Zero();            ///< the point it turns about [m]
@@ -67,15 +66,15 @@ class PathViews {
   virtual std::uint32_t standing_body() const noexcept = 0;
 };
 
-/// A free object's: its origin moves straight, it turns about a fixed axis at a constant rate (lerp and
-/// slerp). Turns of any size; the same bits everywhere.
+/// The path of a free object: its origin moves straight, and it turns about a fixed axis at a constant rate
+/// (lerp and slerp), by any angle. The same bits everywhere.
 class RigidPath final : public MotionPath {
  public:
   /// At rest.
   explicit RigidPath(const Pose& X_WO = {}) : from_(X_WO), to_(X_WO) {}
-  /// The shorter way round; for a half turn either.
+  /// Turns the shorter way; a half turn goes either way.
   static RigidPath between(const Pose& from, const Pose& to);
-  /// From rates held for a frame: `displacement_W` of `centre_O` [m], `turn_W` about it, axis times angle
+  /// A path by constant rates: `displacement_W` of `centre_O` [m], and `turn_W` about it, axis times angle
   /// [rad].
   static RigidPath by(const Pose& from, const Vector3& displacement_W, const Vector3& turn_W,
                       const Vector3& centre_O = Vector3::Zero());

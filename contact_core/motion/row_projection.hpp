@@ -7,8 +7,9 @@
 
 #include "touchstone/contact_core/geometry/constants.hpp"
 
-// The point closest to a given one that fulfils linear inequalities, in N dimensions of which any number may
-// be unused (zero throughout): dual active set (Goldfarb, Idnani 1983). Ties fall to the first row.
+// The point closest to a given one that fulfils linear inequalities, by a dual active set method (Goldfarb,
+// Idnani 1983) in N dimensions, of which any number may be unused (zero throughout). Of equal rows the first
+// one is taken.
 
 namespace touchstone {
 
@@ -175,8 +176,8 @@ struct RowProjection {
     return false;
   }
 
-  /// The sets of rows that held, one after the other. Each takes the point further from the goal, so that
-  /// none comes again but by rounding: then it would come for ever.
+  /// The sets of rows that were active, one after the other. Each moves the point further from the goal, so
+  /// that a set can come again only by rounding; then it would do so without end.
   class ActiveSets {
    public:
     /// @returns false: it was noted before.
@@ -212,7 +213,7 @@ struct RowProjection {
       const double left = is_taken ? lacking : row_product(rows.g[p], s.x) + rows.slack[p];
       if (left < -kNearlyFulfilled * length) return false;
       rows.is_left_out[p] = true;
-      // A row that was not taken in may have moved the point for others: sets may come again.
+      // A row that was left out may have moved the point for others, so sets may come again.
       if (!is_taken) sets.forget();
     }
     return false;

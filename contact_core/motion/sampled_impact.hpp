@@ -3,8 +3,8 @@
 #include "touchstone/contact_core/motion/impact.hpp"
 
 /// @file
-/// Motion under a backend that has no separations: it judges poses, those at which conservative advancement
-/// by another check's separations (native's) would query. Nothing is proven between them.
+/// Motion under a backend without separations: it judges the poses at which conservative advancement with
+/// another check's separations (native's) queries. Nothing is proven between these poses.
 
 namespace touchstone {
 

@@ -10,13 +10,13 @@
 
 namespace touchstone {
 
-/// Signed distances that were asked for lately, by pair and poses bit for bit. A narrowphase answers by those
-/// alone: what is remembered is what it would say again, and nothing but time depends on what is in here. A
-/// frame asks about the same poses for its paths, for its plans and for its report, and the next one starts
-/// there. Not to be kept over Narrowphase::build(). Does not allocate once made.
+/// Recent signed distances, by pair and poses, bit for bit. A narrowphase's answer depends on these alone, so
+/// a remembered answer is the one that it would give again, and only speed depends on the memory. A frame
+/// asks about the same poses for its paths, its plans and its report, and the next frame starts at them. The
+/// memory is void after Narrowphase::build(). Does not allocate once made.
 class SeparationMemo {
  public:
-  /// As Narrowphase::evaluate() gave it.
+  /// An answer of Narrowphase::evaluate().
   struct Answer {
     PairStatus status;
     PairGeometry geometry;
@@ -27,7 +27,7 @@ class SeparationMemo {
 
   void forget() noexcept { std::fill(keys_.begin(), keys_.end(), 0); }
 
-  /// Null: not known.
+  /// The remembered answer, or null.
   const Answer* find(const SolidPair& pair, const Pose& X_WA, const Pose& X_WB) const noexcept {
     const std::uint64_t key = key_of(pair, X_WA, X_WB);
     for (const std::size_t i : places(key)) {
@@ -39,7 +39,7 @@ class SeparationMemo {
     return nullptr;
   }
 
-  /// Replaces the older of its set's two. @pre not known yet.
+  /// Notes an answer in place of the older of its set's two. @pre it is not known yet.
   void put(const SolidPair& pair, const Pose& X_WA, const Pose& X_WB, PairStatus status,
            const PairGeometry& geometry) noexcept {
     const std::uint64_t key = key_of(pair, X_WA, X_WB);
@@ -60,7 +60,8 @@ class SeparationMemo {
     return {first, first + 1};
   }
 
-  /// Never 0, which stands for nothing. Four chains of three words each, so that products overlap.
+  /// A hash that is never 0, which marks an empty place. Four chains of three words each, so that products
+  /// overlap.
   static std::uint64_t key_of(const SolidPair& pair, const Pose& X_WA, const Pose& X_WB) noexcept {
     constexpr std::uint64_t kFactor = 0x9e3779b97f4a7c15;
     std::array<std::uint64_t, 4> sum{pair.a, pair.b, 2, 3};

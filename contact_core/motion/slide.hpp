@@ -7,9 +7,9 @@
 #include "touchstone/contact_core/motion/mass_metric.hpp"
 #include "touchstone/contact_core/motion/row_projection.hpp"
 
-// How a body that is stopped by contacts goes on along them: a god-object with six degrees of freedom
-// (Ortega, Redon, Coquillart 2007). Of all twists that the contacts allow, it takes the one closest to the
-// twist that leads to its goal, in its mass metric (Gauss' principle of least constraint).
+// The motion of a body along the contacts that stop it: a god-object with six degrees of freedom (Ortega,
+// Redon, Coquillart 2007). Of all twists that the contacts allow it takes the one closest to the twist that
+// leads to its goal, in its mass metric (Gauss' principle of least constraint).
 
 namespace touchstone {
 
@@ -34,8 +34,8 @@ struct SlideRow {
 inline constexpr int kMostSlideRows = kMostRows;
 inline constexpr int kTwistSize = 6;
 
-/// How long a twist is: |u|^2 = v . K v + w . J w. Both in the frame of the twists, symmetric and positive
-/// definite; of K no eigenvalue is below 1, so that no displacement is longer than its twist [m].
+/// The metric of twists: |u|^2 = v . K v + w . J w. K and J are in the frame of the twists, symmetric and
+/// positive definite; no eigenvalue of K is below 1, so that no displacement is longer than its twist [m].
 struct TwistMetric {
   Matrix3 J = Matrix3::Identity();  ///< [m2]
   Matrix3 K = Matrix3::Identity();
@@ -77,10 +77,10 @@ struct SlidePlan {
   std::uint64_t work = 0;  ///< rows that were projected on, each time
 };
 
-/// The motion of one sub-step. A straight twist (the centre of mass moves straight, the turn is steady) that
-/// keeps contact to first order leaves it to second order: the rows ask for so much more as the path could
-/// bend below their room, so that it is clear from end to end. Along the twist the distance to the goal
-/// shrinks throughout; where it would grow again the twist ends.
+/// Plans the motion of one sub-step. A straight twist (the centre of mass moves straight, the body turns
+/// evenly) keeps contact to first order only. So the rows are raised by how far the path could bend below
+/// their room, and the path is clear from end to end. Along the twist the distance to the goal shrinks; the
+/// twist ends where it would grow again.
 /// @param goal from where the body is to where it is to be.
 SlidePlan plan_slide(const Twist& goal, const TwistMetric& metric_W, std::span<const SlideRow> rows,
                      bool translation_only);

@@ -8,11 +8,11 @@
 #include "touchstone/contact_core/motion/impact.hpp"
 #include "touchstone/contact_core/motion/slide.hpp"
 
-// From what the narrowphase says of a pair to the rows that hold a slide.
+// Makes the rows that hold a slide from the narrowphase's answers about pairs.
 
 namespace touchstone {
 
-/// A solid of the mover and one of what it may meet, as they stand.
+/// A solid of the mover and one that it may meet, at their current poses.
 struct NearPair {
   const Hexahedron* mover;
   const Hexahedron* obstacle;
@@ -42,7 +42,7 @@ struct NearPair {
   bool are_planes_known = false;
 };
 
-/// Sets is_sure, and what rows are made of, from the geometry.
+/// Sets is_sure and the inputs of rows from the geometry.
 void classify(NearPair& pair);
 
 /// Chooses, among the planes that keep half the gap, the one that lets most of `twist` through. Returns

@@ -16,8 +16,8 @@ class OutputFeed {
   void add_output(FrameOutput& output);
   /// @throws InputError: an unknown handle, one that is shown already, or as an output's add_object.
   void show(ObjectHandle object);
-  /// After the world's frame. Objects that were removed from the world are left out from then on. Allocates
-  /// nothing.
+  /// Brings a frame to the outputs, after the world's frame. Objects that were removed from the world are
+  /// left out from then on. Allocates nothing.
   /// @param time of the poses that the frame ended with [s].
   void send(const FrameReport& report, double time) noexcept;
 

@@ -14,16 +14,16 @@ namespace touchstone {
 /// between: that costs order, nothing else.
 class MortonSort {
  public:
-  /// Work without end: all at once.
+  /// Unlimited work: sorts all at once.
   static constexpr std::size_t kAll = static_cast<std::size_t>(-1);
 
   /// Cold. Makes room to sort this many objects without allocation.
   void reserve(std::size_t objects);
-  /// The first `count` of an order are to be sorted.
+  /// Begins to sort the first `count` objects of an order.
   void begin(std::uint32_t count) noexcept;
   /// Goes on until `work`, about as many objects looked at, is used up. @returns whether all is sorted.
   bool go_on(std::span<const Sphere> spheres, std::span<std::uint32_t> order, std::size_t& work) noexcept;
-  /// That suits them, once all is sorted.
+  /// The frame that suits the objects, once all are sorted.
   const FloatFrame& frame() const { return frame_; }
 
  private:

@@ -13,7 +13,7 @@ class ObjectForest {
   static constexpr int kMoving = 0, kStatic = 1;
   static constexpr int kTrees = 2;
 
-  /// When at most one object in kFew moves, trees are mended, and renewed bit by bit; not made anew.
+  /// When at most one object in kFew moves, trees are refitted and renewed by shares, not made anew.
   static constexpr std::uint32_t kFew = 16;
   /// An update's share of a renewal, for each object that moved or came: so that a tree is renewed before a
   /// quarter of its objects have moved.
@@ -31,16 +31,16 @@ class ObjectForest {
 
   /// @param was_static what the object was in `bounds`, when it came.
   void erase(std::uint32_t object, bool was_static);
-  /// After it was added there. Its place in the trees waits for an update that names it.
+  /// Adds an object that was added to `bounds`. It enters a tree with the next update that names it.
   void insert(std::uint32_t object);
 
   /// After all objects were placed anew.
   void update_all() noexcept;
-  /// After these were.
+  /// After these objects were placed anew.
   void update(std::span<const std::uint32_t> moved) noexcept;
 
-  /// Puts objects in the order in which they stand in the trees: asked for in that order, each one's partners
-  /// are found among nodes that the one before has brought to the caches.
+  /// Sorts objects by their places in the trees: in this order, the nodes that one object needs are mostly in
+  /// the caches from the object before.
   void sort_by_place(std::span<std::uint32_t> objects) const noexcept;
 
   /// Calls visit(other) for the objects from `first` on that pair with this one, until it returns false.
@@ -66,7 +66,7 @@ class ObjectForest {
     bool is_void = false;       // until it is sorted and refitted
   };
 
-  /// One that comes stands where there is room: that is as bad as this many moves.
+  /// A new object enters wherever there is room, which harms a tree as much as this many moves.
   static constexpr std::size_t kMovesOfNew = 8;
 
   int tree_of(std::uint32_t object) const { return bounds_.is_static(object) ? kStatic : kMoving; }

@@ -5,20 +5,20 @@
 
 namespace touchstone {
 
-/// The pairs of objects that may touch, asked for row by row: a row is an object and its partners above it.
-/// The first few rows of a frame are asked of the trees one by one, as who stops early needs no more; then
-/// all pairs are listed at once. A list is kept while few objects move.
+/// The pairs of objects that may touch, row by row: a row is an object and its partners above it. The first
+/// few rows of a frame are found in the trees one by one, since a caller that stops early needs no more; then
+/// all pairs are listed at once. The list is kept while few objects move.
 class ObjectPairs {
  public:
   /// Cold. Keeps `bounds` and `forest`, and `threads`, which may be null.
   ObjectPairs(const SolidBounds& bounds, const ObjectForest& forest, TaskRunner* threads);
 
-  /// One object more, or another tree in the place of one; or it is gone.
+  /// An object was added, replaced or removed.
   void set_object(std::uint32_t object);
 
   /// All objects were placed anew.
   void forget() noexcept { state_ = State::due, start_frame(); }
-  /// These were.
+  /// These objects were placed anew.
   void forget(std::span<const std::uint32_t> moved) noexcept;
 
   /// The partners above `object`, ascending; the span is good until the next call.

@@ -41,18 +41,18 @@ class ObjectTree {
 
   static constexpr std::uint32_t kNoObject = 0xFFFFFFFF;
 
-  /// A number of slots that is enough for some time.
+  /// A number of slots with room for growth.
   static std::uint32_t room_for(std::uint32_t objects) {
     return (objects + objects / 8 + 64 + kWidth - 1) / kWidth * kWidth;
   }
 
-  /// Cold. Takes `objects` up, and has room for more; all else waits for sort() and refit().
+  /// Cold. Takes `objects` with room for more; boxes and order need sort() and refit().
   explicit ObjectTree(std::span<const std::uint32_t> objects = {});
 
-  /// Slots that there are, in use or not.
+  /// The number of slots, in use or not.
   std::uint32_t room() const { return static_cast<std::uint32_t>(order_.size()); }
 
-  /// Slots in use, those of objects that went among them.
+  /// The number of slots in use, including those of objects that left.
   std::uint32_t size() const { return size_; }
   /// The object in a slot in use; kNoObject where it has left.
   std::uint32_t object_at(std::uint32_t slot) const { return order_[slot]; }

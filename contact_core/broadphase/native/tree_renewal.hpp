@@ -17,8 +17,8 @@ struct PlacedTree {
   }
 };
 
-/// A tree that is due is sorted anew in the place of another one, a share at a time, while that one still
-/// serves; then the two change places. Objects that come, go and move in between are followed.
+/// Sorts a new tree, a share at a time, while the old one still serves; then the two change places. It
+/// follows objects that come, go and move in between.
 class TreeRenewal {
  public:
   /// Renewal takes about this much work for each object of the tree, counted in objects looked at.
@@ -29,17 +29,17 @@ class TreeRenewal {
   void set_objects(std::size_t objects);
   /// Cold. can_begin() for a tree of up to this many slots. @pre not under way.
   void reserve(std::uint32_t room);
-  /// There is memory for that.
+  /// Whether there is memory for a renewal.
   bool can_begin(const ObjectTree& now) const;
   /// @pre can_begin().
   void begin(const ObjectTree& now) noexcept;
   void stop() noexcept { stage_ = Stage::none; }
 
-  /// Cold. It came into the tree that serves.
+  /// Cold. An object came into the tree that serves.
   void note_new(std::uint32_t object);
-  /// It went from there.
+  /// An object left that tree.
   void note_gone(std::uint32_t object) noexcept;
-  /// It was placed anew there.
+  /// An object of that tree was placed anew.
   void note_moved(std::uint32_t object, const SolidBounds& bounds) noexcept;
 
   enum class Progress : std::uint8_t { goes_on, changes_frame, has_no_room, done };
