@@ -42,10 +42,10 @@ Approach approach_to(const TriangleMesh& mesh) {
   }
   out.side = 0.1 * (size.sum() - size.maxCoeff() - size.minCoeff());
   const double middle = 0.5 * (bounds.low[along] + bounds.high[along]);
-  const double way = 0.5 * size[along] + 0.5 * out.side + 0.25 * bounds.diagonal();
-  out.from[along] = middle + way;
+  const double distance = 0.5 * size[along] + 0.5 * out.side + 0.25 * bounds.diagonal();
+  out.from[along] = middle + distance;
   out.velocity = Vector3::Zero();
-  out.velocity[along] = -way / kSeconds;
+  out.velocity[along] = -distance / kSeconds;
   out.duration = kSeconds;
   return out;
 }

@@ -71,7 +71,7 @@ bool is_passed_by(const SlidePairs::Scope& scope, const Slider& slider, const Fr
 void SlidePairs::reserve(std::size_t slots, std::size_t solids, std::size_t mechanisms) {
   reserve_more(pairs_, 64 + 16 * solids), reserve_more(near_, 64 + 16 * solids);
   held_.reserve(mechanisms * kMostSlideRows);
-  reserve_more(wanting_, slots), reserve_more(ranges_, slots);
+  reserve_more(short_of_pairs_, slots), reserve_more(ranges_, slots);
   impacts_.take_room(slots, solids);
 }
 
@@ -84,7 +84,7 @@ void SlidePairs::reserve_watched(std::size_t watched) {
 }
 
 std::span<const std::uint32_t> SlidePairs::begin(WorldModel& model, const Sliders& sliders) {
-  pairs_.clear(), held_.clear(), wanting_.clear();
+  pairs_.clear(), held_.clear(), short_of_pairs_.clear();
   Travels& travels = model.travels;
   std::fill(travels.needed.begin(), travels.needed.end(), 0.0);
   std::fill(travels.needed_object.begin(), travels.needed_object.end(), 0.0);
@@ -92,10 +92,10 @@ std::span<const std::uint32_t> SlidePairs::begin(WorldModel& model, const Slider
     if (slider.arm != nullptr || slider.done) continue;
     model.for_each_member(slider.root, [&](std::uint32_t slot) {
       // The watch takes the last path, gone by now, from its reserve.
-      if (object_is_wanting(model, slider, slot)) wanting_.push_back(slot);
+      if (needs_more_pairs(model, slider, slot)) short_of_pairs_.push_back(slot);
     });
   }
-  return wanting_;
+  return short_of_pairs_;
 }
 
 void SlidePairs::renumber(const PairWatch& watched) {

@@ -119,12 +119,12 @@ class SlidePairs {
   std::vector<std::uint8_t> taken_in_;  // within take_in_all(); by place in met_, within take_in_reached()
   std::vector<HeldPair> held_;
   std::vector<NearPair> near_;
-  std::vector<std::uint32_t> close_;    // indices into pairs_ of those that are asked about next
-  std::vector<SolidPair> ahead_;        // pairs that are asked about in one call
-  std::vector<GatheredPair> unclear_;   // of met_, within one call
-  std::vector<std::uint32_t> open_;     // of close_, those of find_impacts() that are asked about
-  std::vector<std::uint32_t> watches_;  // within keep_unclear(): of close_
-  std::vector<std::uint32_t> wanting_;  // slots, of begin()
+  std::vector<std::uint32_t> close_;           // indices into pairs_ of those that are asked about next
+  std::vector<SolidPair> ahead_;               // pairs that are asked about in one call
+  std::vector<GatheredPair> unclear_;          // of met_, within one call
+  std::vector<std::uint32_t> open_;            // of close_, those of find_impacts() that are asked about
+  std::vector<std::uint32_t> watches_;         // within keep_unclear(): of close_
+  std::vector<std::uint32_t> short_of_pairs_;  // slots, of begin()
 };
 
 /// Takes up in a frame's pairs, which are sorted by solids, what slides looked at and is not known to be

@@ -42,7 +42,7 @@ double reach_of_pair(const WorldModel& model, const Slider& slider, const SolidP
   return reach;
 }
 
-bool object_is_wanting(WorldModel& model, const Slider& slider, std::uint32_t slot) {
+bool needs_more_pairs(WorldModel& model, const Slider& slider, std::uint32_t slot) {
   Travels& travels = model.travels;
   if (const ObjectLevels* levels = model.layout.levels[slot]) {
     const Sphere sphere_W{transform(model.objects[slot].X_WO, levels->sphere_O().centre),
@@ -51,13 +51,13 @@ bool object_is_wanting(WorldModel& model, const Slider& slider, std::uint32_t sl
     travels.needed_object[slot] = needed;
     return travels.of_object[slot] + needed > travels.object_limit[slot];
   }
-  bool is_wanting = false;
+  bool is_more_needed = false;
   model.for_each_solid_of(slot, [&](SolidIndex i) {
     const double needed = 2.0 * (slide_reach(model, slider, i, i) + travels.last_solid[i]);
     travels.needed[i] = needed;
-    is_wanting = is_wanting || travels.of_solid[i] + needed > travels.solid_limit[i];
+    is_more_needed = is_more_needed || travels.of_solid[i] + needed > travels.solid_limit[i];
   });
-  return is_wanting;
+  return is_more_needed;
 }
 
 bool plan_goes_beyond(WorldModel& model, const Slider& slider) {

@@ -23,7 +23,7 @@ double reach_of_pair(const WorldModel& model, const Slider& slider, const SolidP
 
 /// Whether more may come near a rigid slider's object than is watched. Writes how far around it pairs have to
 /// be watched, into the travels.
-bool object_is_wanting(WorldModel& model, const Slider& slider, std::uint32_t slot);
+bool needs_more_pairs(WorldModel& model, const Slider& slider, std::uint32_t slot);
 
 /// Writes how far the path that an arm has laid takes each solid, into the travels' plan. @returns whether
 /// that is further than the imminent pairs were chosen for: then there is more to meet.
