@@ -3,7 +3,7 @@
 
 #include "touchstone/adapters/c_interface/calls.hpp"
 #include "touchstone/adapters/c_interface/world.hpp"
-#include "touchstone/contact_core/mechanism/bundled_arms.hpp"
+#include "touchstone/contact_core/mechanism/arms/bundled_arms.hpp"
 #include "touchstone/contact_core/mechanism/mechanism.hpp"
 
 // A world's mechanisms.

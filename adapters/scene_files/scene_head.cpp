@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/contact_core/mechanism/bundled_arms.hpp"
+#include "touchstone/contact_core/mechanism/arms/bundled_arms.hpp"
 #include "touchstone/contact_core/scene/scene_instance.hpp"
 
 namespace touchstone::scene_files {

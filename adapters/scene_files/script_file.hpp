@@ -26,7 +26,8 @@ struct HandRates {
 
 /// An arm in the scene, one of whose links is flown by resolved rates.
 struct ArmScript {
-  std::string model;  ///< a bundled arm (mechanism/bundled_arms.hpp) or a robot's file, as the script has it
+  std::string
+      model;  ///< a bundled arm (mechanism/arms/bundled_arms.hpp) or a robot's file, as the script has it
   std::shared_ptr<const Mechanism> mechanism = {};
   std::string link;            ///< that is flown
   std::vector<double> joints;  ///< values at the start [rad or m]

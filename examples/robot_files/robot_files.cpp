@@ -9,7 +9,7 @@
 #include "touchstone/adapters/robots/fitted_cover.hpp"
 #include "touchstone/adapters/robots/simplify.hpp"
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/contact_core/mechanism/bundled_arms.hpp"
+#include "touchstone/contact_core/mechanism/arms/bundled_arms.hpp"
 #include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/examples/program/options/length.hpp"
 #include "touchstone/examples/program/terminal/progress.hpp"

@@ -11,7 +11,7 @@
 #include "touchstone/adapters/c_interface/corners.hpp"
 #include "touchstone/adapters/c_interface/touchstone.h"
 #include "touchstone/contact_core/geometry/constants.hpp"
-#include "touchstone/contact_core/mechanism/bundled_arms.hpp"
+#include "touchstone/contact_core/mechanism/arms/bundled_arms.hpp"
 #include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/contact_core/registry.hpp"
 #include "touchstone/contact_core/world/contact_world.hpp"

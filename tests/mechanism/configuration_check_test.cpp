@@ -6,7 +6,7 @@
 
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/contact_core/mechanism/ssrms.hpp"
+#include "touchstone/contact_core/mechanism/arms/ssrms.hpp"
 #include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/tests/mechanism/random_chain.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"

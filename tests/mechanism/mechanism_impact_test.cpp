@@ -6,8 +6,8 @@
 #include <cstdio>
 #include <numbers>
 
+#include "touchstone/contact_core/mechanism/arms/ssrms.hpp"
 #include "touchstone/contact_core/mechanism/mechanism_path.hpp"
-#include "touchstone/contact_core/mechanism/ssrms.hpp"
 #include "touchstone/contact_core/motion/narrowphase_query.hpp"
 #include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/tests/mechanism/random_chain.hpp"

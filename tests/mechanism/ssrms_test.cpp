@@ -1,4 +1,4 @@
-#include "touchstone/contact_core/mechanism/ssrms.hpp"
+#include "touchstone/contact_core/mechanism/arms/ssrms.hpp"
 
 #include <gtest/gtest.h>
 

@@ -4,10 +4,10 @@
 #include <numbers>
 
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/contact_core/mechanism/bundled_arms.hpp"
-#include "touchstone/contact_core/mechanism/mobile_transporter.hpp"
+#include "touchstone/contact_core/mechanism/arms/bundled_arms.hpp"
+#include "touchstone/contact_core/mechanism/arms/mobile_transporter.hpp"
+#include "touchstone/contact_core/mechanism/arms/spdm.hpp"
 #include "touchstone/contact_core/mechanism/reference_overlaps.hpp"
-#include "touchstone/contact_core/mechanism/spdm.hpp"
 #include "touchstone/contact_core/native/native.hpp"
 
 // The bundled arms besides the SSRMS: the SPDM, one of its arms, the SSRMS on the Mobile Transporter.

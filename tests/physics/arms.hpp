@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "touchstone/contact_core/mechanism/arms/ssrms.hpp"
 #include "touchstone/contact_core/mechanism/mechanism.hpp"
-#include "touchstone/contact_core/mechanism/ssrms.hpp"
 #include "touchstone/physics/bodies/inertia.hpp"
 #include "touchstone/tests/support/random_poses.hpp"
 

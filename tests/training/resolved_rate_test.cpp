@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/contact_core/mechanism/ssrms.hpp"
+#include "touchstone/contact_core/mechanism/arms/ssrms.hpp"
 #include "touchstone/contact_core/motion/path.hpp"
 #include "touchstone/tests/mechanism/random_chain.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"

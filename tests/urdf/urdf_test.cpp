@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
-#include "touchstone/contact_core/mechanism/ssrms.hpp"
+#include "touchstone/contact_core/mechanism/arms/ssrms.hpp"
 #include "touchstone/tests/support/refusal.hpp"
 
 namespace touchstone {

@@ -4,7 +4,7 @@
 #include <span>
 
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/contact_core/mechanism/bundled_arms.hpp"
+#include "touchstone/contact_core/mechanism/arms/bundled_arms.hpp"
 
 namespace touchstone::training {
 namespace {

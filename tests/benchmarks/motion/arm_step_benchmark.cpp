@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "touchstone/adapters/all/all_backends.hpp"
-#include "touchstone/contact_core/mechanism/ssrms.hpp"
+#include "touchstone/contact_core/mechanism/arms/ssrms.hpp"
 #include "touchstone/contact_core/registry.hpp"
 #include "touchstone/contact_core/threads/processor_time.hpp"
 #include "touchstone/contact_core/world/contact_world.hpp"

@@ -14,8 +14,8 @@
 #include <random>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/contact_core/mechanism/arms/ssrms.hpp"
 #include "touchstone/contact_core/mechanism/configuration_check.hpp"
-#include "touchstone/contact_core/mechanism/ssrms.hpp"
 #include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/contact_core/registry.hpp"
 #include "touchstone/contact_core/threads/processor_time.hpp"

@@ -5,8 +5,8 @@
 
 #include "touchstone/contact_core/broadphase/register_broadphases.hpp"
 #include "touchstone/contact_core/geometry/trigonometry.hpp"
+#include "touchstone/contact_core/mechanism/arms/ssrms.hpp"
 #include "touchstone/contact_core/mechanism/resolved_rate.hpp"
-#include "touchstone/contact_core/mechanism/ssrms.hpp"
 #include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/contact_core/world/scene_world.hpp"
 #include "touchstone/examples/measures/common/random.hpp"

@@ -2,7 +2,7 @@
 
 #include <numbers>
 
-#include "touchstone/contact_core/mechanism/ssrms.hpp"
+#include "touchstone/contact_core/mechanism/arms/ssrms.hpp"
 #include "touchstone/tests/world/world_fixture.hpp"
 
 namespace touchstone {

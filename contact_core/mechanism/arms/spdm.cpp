@@ -1,9 +1,9 @@
-#include "touchstone/contact_core/mechanism/spdm.hpp"
+#include "touchstone/contact_core/mechanism/arms/spdm.hpp"
 
 #include <numbers>
 #include <string>
 
-#include "touchstone/contact_core/mechanism/link_parts.hpp"
+#include "touchstone/contact_core/mechanism/arms/link_parts.hpp"
 #include "touchstone/contact_core/mechanism/round_parts.hpp"
 
 namespace touchstone {

@@ -1,4 +1,4 @@
-#include "touchstone/contact_core/mechanism/link_parts.hpp"
+#include "touchstone/contact_core/mechanism/arms/link_parts.hpp"
 
 #include <cmath>
 

@@ -1,7 +1,7 @@
-#include "touchstone/contact_core/mechanism/mobile_transporter.hpp"
+#include "touchstone/contact_core/mechanism/arms/mobile_transporter.hpp"
 
-#include "touchstone/contact_core/mechanism/link_parts.hpp"
-#include "touchstone/contact_core/mechanism/ssrms.hpp"
+#include "touchstone/contact_core/mechanism/arms/link_parts.hpp"
+#include "touchstone/contact_core/mechanism/arms/ssrms.hpp"
 
 namespace touchstone {
 namespace {

@@ -1,11 +1,11 @@
-#include "touchstone/contact_core/mechanism/bundled_arms.hpp"
+#include "touchstone/contact_core/mechanism/arms/bundled_arms.hpp"
 
 #include <string>
 
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/contact_core/mechanism/mobile_transporter.hpp"
-#include "touchstone/contact_core/mechanism/spdm.hpp"
-#include "touchstone/contact_core/mechanism/ssrms.hpp"
+#include "touchstone/contact_core/mechanism/arms/mobile_transporter.hpp"
+#include "touchstone/contact_core/mechanism/arms/spdm.hpp"
+#include "touchstone/contact_core/mechanism/arms/ssrms.hpp"
 
 namespace touchstone {
 

@@ -1,9 +1,9 @@
-#include "touchstone/contact_core/mechanism/ssrms.hpp"
+#include "touchstone/contact_core/mechanism/arms/ssrms.hpp"
 
 #include <array>
 #include <numbers>
 
-#include "touchstone/contact_core/mechanism/link_parts.hpp"
+#include "touchstone/contact_core/mechanism/arms/link_parts.hpp"
 #include "touchstone/contact_core/mechanism/round_parts.hpp"
 
 namespace touchstone {
