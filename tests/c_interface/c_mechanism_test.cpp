@@ -5,6 +5,7 @@
 #include <cstring>
 #include <limits>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -118,7 +119,41 @@ TEST(CMechanism, ACraneStopsAtAWallAndAtItsLimit) {
   EXPECT_EQ(touchstone_get_joints(world.get(), arm, &values, &count), TOUCHSTONE_BAD_INPUT);
 }
 
+/// A slab at this pose in both worlds, on which all slides.
+void add_floor(ContactWorld& cpp, const CWorld& world, const Pose& X_WO) {
+  const Hexahedron slab = Hexahedron::from_size({60, 60, 0.5});
+  const auto tree =
+      std::make_shared<const HexahedronTree>(std::vector<PlacedHexahedron>{{"0", slab, Pose{}}}, "slab");
+  cpp.add({tree, X_WO, true, {}});
+  const std::vector<double> corners = c_interface::corners_of({&slab, 1});
+  const touchstone_pose c_X_WO = c_pose(X_WO);
+  touchstone_object c_slab = 0;
+  ASSERT_EQ(touchstone_add_object(world.get(), "slab", corners.data(), 1, &c_X_WO, 1, &c_slab),
+            TOUCHSTONE_OK);
+  PairRule slide;
+  slide.policy = ContactPolicy::slide;
+  slide.warn_distance = 0.0;
+  cpp.set_default_rule(slide);
+  ASSERT_EQ(
+      touchstone_set_policy(world.get(), TOUCHSTONE_NO_OBJECT, TOUCHSTONE_NO_OBJECT, TOUCHSTONE_SLIDE, 0.0),
+      TOUCHSTONE_OK);
+}
+
+/// The C world's hands feel what C++'s do, bit for bit.
+void expect_same_feels(const CWorld& world, std::span<const HandFeel> feels) {
+  const touchstone_feel* felt = nullptr;
+  size_t hands = 0;
+  ASSERT_EQ(touchstone_get_feels(world.get(), &felt, &hands), TOUCHSTONE_OK);
+  ASSERT_EQ(hands, feels.size());
+  for (size_t i = 0; i < hands; ++i) {
+    ASSERT_EQ(std::memcmp(felt[i].lag_W, feels[i].lag_W.data(), sizeof felt[i].lag_W), 0);
+    ASSERT_EQ(std::memcmp(felt[i].force_W, feels[i].force_W.data(), sizeof felt[i].force_W), 0);
+    ASSERT_EQ(std::memcmp(felt[i].moment_W, feels[i].moment_W.data(), sizeof felt[i].moment_W), 0);
+  }
+}
+
 TEST(CMechanism, ABundledArmSlidesAsThroughCpp) {
+  // The same arm in both worlds.
   BackendRegistry registry;
   register_core(registry);
   ContactWorld cpp(make_native(), registry.make_broadphase("native"), kDefaultGap);
@@ -132,26 +167,10 @@ TEST(CMechanism, ABundledArmSlidesAsThroughCpp) {
   ASSERT_EQ(touchstone_add_arm(world.get(), "arm", "ssrms", &origin, nullptr, 0, &arm), TOUCHSTONE_OK)
       << touchstone_error();
   ASSERT_TRUE(std::ranges::equal(joints_of(world, arm), cpp.joint_values(cpp_arm)));
-  // A floor for it to slide on.
+  // The same floor to slide on, and the same hand.
   double lowest = 0.0;
   for (const Pose& X : cpp.link_poses(cpp_arm)) lowest = std::min(lowest, X.p.z());
-  const Hexahedron slab = Hexahedron::from_size({60, 60, 0.5});
-  const Pose below = at(0, 0, lowest - 2.0);
-  const auto tree =
-      std::make_shared<const HexahedronTree>(std::vector<PlacedHexahedron>{{"0", slab, Pose{}}}, "slab");
-  cpp.add({tree, below, true, {}});
-  const std::vector<double> corners = c_interface::corners_of({&slab, 1});
-  const touchstone_pose c_below = c_pose(below);
-  touchstone_object c_slab = 0;
-  ASSERT_EQ(touchstone_add_object(world.get(), "slab", corners.data(), 1, &c_below, 1, &c_slab),
-            TOUCHSTONE_OK);
-  PairRule slide;
-  slide.policy = ContactPolicy::slide;
-  slide.warn_distance = 0.0;
-  cpp.set_default_rule(slide);
-  ASSERT_EQ(
-      touchstone_set_policy(world.get(), TOUCHSTONE_NO_OBJECT, TOUCHSTONE_NO_OBJECT, TOUCHSTONE_SLIDE, 0.0),
-      TOUCHSTONE_OK);
+  add_floor(cpp, world, at(0, 0, lowest - 2.0));
   ArmHandStiffness hand;
   hand.link = link;
   hand.X_LT = at(0.1, 0.2, 0.3);
@@ -160,6 +179,7 @@ TEST(CMechanism, ABundledArmSlidesAsThroughCpp) {
   const touchstone_arm_hand c_hand{
       link.c_str(), c_pose(at(0.1, 0.2, 0.3)), {500, 500, 500}, {50, 60, 70}, nullptr, 0};
   ASSERT_EQ(touchstone_set_arm_hand(world.get(), arm, &c_hand), TOUCHSTONE_OK) << touchstone_error();
+  // Random commands give the same poses, counts and forces.
   Random random(2131);
   std::vector<double> goal = joints_of(world, arm);
   std::uint32_t blocked = 0;
@@ -172,16 +192,8 @@ TEST(CMechanism, ABundledArmSlidesAsThroughCpp) {
     ASSERT_EQ(got.event_count, report.events.size()) << frame;
     ASSERT_EQ(got.queries, report.queries);
     ASSERT_TRUE(std::ranges::equal(joints_of(world, arm), cpp.joint_values(cpp_arm))) << frame;
-    const touchstone_feel* felt = nullptr;
-    size_t hands = 0;
-    ASSERT_EQ(touchstone_get_feels(world.get(), &felt, &hands), TOUCHSTONE_OK);
-    ASSERT_EQ(hands, report.felt.size());
-    for (size_t i = 0; i < hands; ++i) {
-      ASSERT_EQ(std::memcmp(felt[i].lag_W, report.felt[i].lag_W.data(), sizeof felt[i].lag_W), 0);
-      ASSERT_EQ(std::memcmp(felt[i].force_W, report.felt[i].force_W.data(), sizeof felt[i].force_W), 0);
-      ASSERT_EQ(std::memcmp(felt[i].moment_W, report.felt[i].moment_W.data(), sizeof felt[i].moment_W), 0);
-    }
-    all_hands += hands;
+    expect_same_feels(world, report.felt);
+    all_hands += report.felt.size();
     blocked += got.blocked_movers;
   }
   EXPECT_GT(blocked, 0u);
