@@ -55,6 +55,7 @@ function touchstoneDecider(data) {
   }
   codes.push(Infinity);
   function strata(text, query) {
+    // A number is digits of 5 bits, the least first; the last one is below 32.
     let at = 0;
     const next = () => {
       for (let value = 0, factor = 1;; factor *= 32) {
@@ -63,6 +64,7 @@ function touchstoneDecider(data) {
         if (digit < 32) return value;
       }
     };
+    // Costs of what is asked (value, normals, points, both), counted by bins of coverage; no bins: as before.
     const asked = before => {
       const one = {missing: next(), worst: codes[next()], index: next(), reason: data.reasons[next()], counts: []};
       const bins = next();
@@ -76,6 +78,7 @@ function touchstoneDecider(data) {
       }
       return one;
     };
+    // The strata, one after the other.
     const list = [];
     while (at < text.length) {
       const one = {band: bands[next()], apart: next(), within: next(), cases: next(), missed: next(),
@@ -142,6 +145,7 @@ function touchstoneDecider(data) {
 
   const larger = (x, y) => isNaN(x) || isNaN(y) ? NaN : Math.max(x, y);
   function sumUp(sets, name, choice) {
+    // Counts and costs of all sets that the choice takes.
     const c = {backend: name, ns: 0, p999: 0, allocations: 0, cases: 0, missed: 0, phantom: 0, undecided: 0,
                failed: 0, unsupported: 0, missing: 0, beyond: 0, worst: 0, id: '', reason: '', gap: ''};
     const needed = choice.query === 'manifold' ? binOf(choice.min_coverage, data.coverage_bins) : 0;
@@ -169,6 +173,7 @@ function touchstoneDecider(data) {
         }
       }
     }
+    // What follows from them, and whether the backend is inside all limits.
     c.ns = c.gap ? NaN : c.ns / sets.length;
     c.supported = c.cases - c.unsupported;
     c.share = c.supported === 0 ? 0 : c.beyond / c.supported;

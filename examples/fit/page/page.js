@@ -36,15 +36,18 @@ function project(points, R, scale, w, h) {
 function fill(frame, p, part, colour, skips) {
   const { pixels, depth, w, h } = frame, t = part.triangles;
   for (let n = 0; n < t.length; n += 3) {
+    // Two edges of the triangle and its area on the screen; triangles seen edge-on are left out.
     const a = 3 * t[n], b = 3 * t[n + 1], c = 3 * t[n + 2];
     const ux = p[b] - p[a], uy = p[b + 1] - p[a + 1], uz = p[b + 2] - p[a + 2];
     const vx = p[c] - p[a], vy = p[c + 1] - p[a + 1], vz = p[c + 2] - p[a + 2];
     const area = ux * vy - uy * vx;
     if (area === 0) continue;
+    // Its colour depends on how it is turned to the light.
     const nx = uy * vz - uz * vy, ny = uz * vx - ux * vz, length = Math.hypot(nx, ny, area) || 1;
     const light = 0.45 + 0.55 * Math.abs(0.25 * nx - 0.45 * ny + 0.86 * area) / length;
     const [r, g, l] = colour(n / 3);
     const rgb = (255 << 24) | (Math.min(l * light, 255) << 16) | (Math.min(g * light, 255) << 8) | Math.min(r * light, 255);
+    // Pixels inside it are set where nothing nearer was drawn.
     const x0 = Math.max(0, Math.ceil(Math.min(p[a], p[b], p[c]))), x1 = Math.min(w - 1, Math.floor(Math.max(p[a], p[b], p[c])));
     const y0 = Math.max(0, Math.ceil(Math.min(p[a + 1], p[b + 1], p[c + 1]))), y1 = Math.min(h - 1, Math.floor(Math.max(p[a + 1], p[b + 1], p[c + 1])));
     for (let y = y0; y <= y1; ++y) for (let x = x0; x <= x1; ++x) {
