@@ -7,7 +7,7 @@
 
 namespace touchstone::physics {
 
-/// Which pairs of solids a GapNarrowphase is to see: those of two objects that are marked.
+/// The pairs of solids that a GapNarrowphase sees: those of pairs of objects that are marked.
 class SeenPairs {
  public:
   /// @param object_of by solid. All pairs are seen at first.
@@ -26,9 +26,9 @@ class SeenPairs {
   std::vector<std::uint8_t> is_seen_;
 };
 
-/// Any narrowphase with manifolds, its solids met a gap g before they touch: separations are less by g, and
-/// B's points g nearer to A. Pairs that are not to be seen are `separated` at +inf. Dynamics over it lets
-/// bodies rest g apart, where a ContactWorld of gap g lets them stand.
+/// Wraps any narrowphase with manifolds so that solids meet a gap g before they touch: separations are less
+/// by g, and B's points are g nearer to A. Hidden pairs are `separated` at +inf. Dynamics over it lets bodies
+/// rest g apart, where a ContactWorld of gap g lets them stand.
 ///
 /// Answers queries for distance and manifold; `overlap`, which has no separation, is `unsupported`.
 /// evaluate() does not allocate.

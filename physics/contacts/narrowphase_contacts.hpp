@@ -14,7 +14,7 @@
 
 namespace touchstone::physics {
 
-/// Where one contact of find() comes from.
+/// The source of one contact of find().
 struct ContactOrigin {
   SolidPair solids;   ///< indices as counted through add()
   PairStatus status;  ///< of the pair
@@ -36,9 +36,10 @@ class NarrowphaseContacts {
   /// @throws InputError: a bad surface.
   std::uint32_t add(const Mover& mover, const HexahedronTree& tree, const Surface& surface,
                     const Pose& X_MO = {}, bool is_static = true);
-  /// How surfaces' figures become a contact's, for contacts found from now on; numbers are those of parts.
+  /// Sets the rules by which surfaces' figures become a contact's, for later calls of find(); numbers are
+  /// those of parts.
   void set_surfaces(const SurfacePairs& pairs);
-  /// Two movers whose solids are not checked (links that a joint joins, say).
+  /// Exempts all solids of two movers from each other, for example links that a joint joins.
   void exempt(const Mover& a, const Mover& b);
   /// The same for two parts, where a mover has several.
   void exempt_parts(std::uint32_t a, std::uint32_t b);
@@ -48,14 +49,14 @@ class NarrowphaseContacts {
   void reserve_exempt_solids(std::size_t pairs) { exempt_solids_.reserve(pairs); }
   /// Takes up what was added. @throws InputError: nothing added, no manifolds, what the backends refuse.
   void build();
-  /// Memory for this many contacts at a time, and pairs of solids that come up; build() sees to some.
+  /// Reserves memory for this many contacts at a time and pairs of solids; build() reserves some.
   void reserve(std::size_t contacts, std::size_t pairs);
 
-  /// After build(): another mover for a part, as when it is latched or released. Does not allocate.
+  /// After build(): gives a part another mover, as when it is latched or released. Does not allocate.
   void move_to(std::uint32_t part, const Mover& mover, const Pose& X_MO);
-  /// After build(): a part that touches nothing until it is taken back, as with a body that
-  /// DynamicsWorld::hold_out() took out. Parts that come later are added, and build() called again: solids
-  /// keep their numbers, contacts their keys. Does not allocate.
+  /// After build(): a part that is held out touches nothing until it is taken back, as a body that
+  /// DynamicsWorld::hold_out() took out. Does not allocate. Parts that come later are added, and build() is
+  /// called again: solids keep their numbers, and contacts their keys.
   void hold_out(std::uint32_t part, bool is_out = true);
   /// After build(): `exempt` calls exempt_parts() and exempt_solids() on these contacts, for what is exempt
   /// from now on in place of all that they were given before. Allocates only when more come than ever before.
@@ -80,7 +81,7 @@ class NarrowphaseContacts {
   /// Omits contacts between sleeping bodies unless an awake body touches their group; then lists all of the
   /// group's. While the whole world is asleep, no pair is evaluated.
   std::span<const Contact> find(const DynamicsWorld& world, double h = 0.0);
-  /// One for each contact of the last find().
+  /// The sources of the last find()'s contacts, one each.
   std::span<const ContactOrigin> origins() const { return shown_origins_; }
   /// Pairs of the last find() whose status was `undecided`; `failed` or `unsupported`: their contacts are
   /// missing.
@@ -110,7 +111,7 @@ class NarrowphaseContacts {
     PairStatus status;
     std::size_t first, count;
   };
-  /// A pair of the block on its way: evaluated, or as the last find() left it.
+  /// A pair of a block, to be evaluated or with the contacts that the last find() left.
   struct Candidate {
     SolidPair pair;
     const Found* kept;

@@ -9,18 +9,18 @@
 #include <vector>
 
 /// @file
-/// How two surfaces rub and bounce, each with its own figures or with a pair's.
+/// Friction and restitution of two surfaces, by the figures of each or by those of the pair.
 
 namespace touchstone::physics {
 
-/// How much two movers' surfaces rub and bounce.
+/// The friction and restitution of a surface.
 struct Surface {
   double friction = 0.5;     ///< Coulomb's coefficient, >= 0
   double restitution = 0.0;  ///< Newton's, 0 to 1
 };
 
-/// How the figures of two surfaces become one of their pair. Symmetric, and of equal figures that figure
-/// itself, but for the product.
+/// The rule by which the figures of two surfaces become their pair's. It is symmetric; of equal figures it
+/// gives that figure, except for the product.
 enum class Combination : std::uint8_t {
   geometric_mean,   ///< sqrt(a b)
   arithmetic_mean,  ///< (a + b) / 2
@@ -50,7 +50,7 @@ class SurfacePairs {
   void set(std::uint32_t a, std::uint32_t b, const Figures& figures);
   /// The figures that hold between surfaces number a and b.
   Surface between(std::uint32_t a, const Surface& of_a, std::uint32_t b, const Surface& of_b) const;
-  /// Whether figures of their own or another rule than the usual ones are in force.
+  /// Whether all pairs follow the usual rules, and none has figures of its own.
   bool is_usual() const;
 
  private:

@@ -9,12 +9,12 @@
 #include "touchstone/contact_core/narrowphase/narrowphase.hpp"
 
 /// @file
-/// When pairs of solids begin to touch, go on touching and part, from the contacts of one step after the
-/// other; whichever engine or narrowphase they are of.
+/// Events of pairs of solids that begin to touch, keep touching or part, from the contacts of successive
+/// steps of any engine or narrowphase.
 
 namespace touchstone::physics {
 
-/// A contact point and what it bore over a step.
+/// A contact point and its impulse over a step.
 struct TouchPoint {
   SolidPair solids;   ///< A, B
   Vector3 p_W;        ///< half-way between the surfaces, at the step's start [m]
@@ -37,9 +37,9 @@ struct TouchEvent {
 /// The enumerator's name.
 std::string_view to_string(TouchEvent::Kind kind);
 
-/// Tells events from the points of each step. A pair touches in a step where one of its points bore an
-/// impulse in it, or was within the gap at its start; once it touches, within twice the gap. Which points are
-/// found beyond that does not show. No allocation while no step has more points than reserved for or seen.
+/// Finds events from the points of each step. A pair touches in a step if one of its points had an impulse in
+/// it or was within the gap at its start, and once it touches, within twice the gap. Points further apart
+/// have no effect. Does not allocate while no step has more points than reserved for or seen.
 ///
 ///     events.begin(); for (...) events.add(point); events.finish(sleeps);
 class TouchEvents {
@@ -48,9 +48,9 @@ class TouchEvents {
   explicit TouchEvents(double gap) : gap_(gap) {}
   void reserve(std::size_t points);
 
-  /// A new step.
+  /// Begins a step.
   void begin();
-  /// In any order.
+  /// Adds a point of the step, in any order.
   void add(const TouchPoint& point);
   /// @param sleeps whether a pair that touched in the last step and has no point in this one is not listed
   /// because both sleep: then it persists without points.
@@ -65,7 +65,7 @@ class TouchEvents {
   void finish() {
     finish([](const SolidPair&) { return false; });
   }
-  /// Nothing touched before the next step.
+  /// Forgets all touches: nothing touched before the next step.
   void forget();
 
   /// The last step's events, by pair.

@@ -54,7 +54,7 @@ struct EngineStep {
   double last_stop = kNaN;
 };
 
-/// All that an engine's run has come to. @see DynamicsEngine::snapshot()
+/// The state of an engine's run. @see DynamicsEngine::snapshot()
 class EngineSnapshot {
  public:
   EngineSnapshot() = default;
@@ -96,9 +96,9 @@ class DynamicsEngine {
   /// Finds contacts and moves everything by the scene's step. Timed inside, without what is only looked at.
   virtual EngineStep step() = 0;
 
-  /// Over the next step that is taken, beside gravity, drives and contacts: a force at p_W and a moment on
-  /// the object, with what moves with it; several add up. A link feels them through its joints. Before
-  /// begin_step() or after it. Does not allocate.
+  /// Pushes an object, with all that moves with it, over the next step: a force at p_W and a moment, in
+  /// addition to gravity, drives and contacts; several pushes add up. A link transmits them through its
+  /// joints. May be called before begin_step() or after it. Does not allocate.
   /// @param force_W [N] @param p_W [m] @param moment_W [N m]
   /// @throws InputError: no such object, one that is fixed or follows its motion, figures that are not
   /// finite.
@@ -110,21 +110,22 @@ class DynamicsEngine {
   /// @throws InputError: no such object, not a free one, one that is carried or carries, one with a joint
   /// between bodies, one that is out; "unsupported" where the engine has no such means.
   void remove(std::size_t object);
-  /// Brings it in again: one that an action or remove() took out, or whose first action will bring it in.
-  /// Bodies that are to come are objects of the scene. @param v_W of its centre of mass [m/s]
+  /// Brings an object in that an action or remove() took out, or whose first action would bring it in. Bodies
+  /// that come during a run are objects of the scene from the start. @param v_W of its centre of mass [m/s]
   /// @param w_W [rad/s]
   /// @throws InputError: as remove(), one that is in, a bad pose, velocities that are not finite.
   void add(std::size_t object, const Pose& X_WO, const Vector3& v_W, const Vector3& w_W);
   virtual bool has(std::size_t object) const = 0;
 
   virtual EngineReturn after_restore() const = 0;
-  /// Between steps; good for this engine alone. @throws InputError: "unsupported".
+  /// Saves the state, between steps; only this engine can restore it. @throws InputError: "unsupported".
   virtual std::unique_ptr<EngineSnapshot> snapshot() const = 0;
-  /// Back to then: positions, velocities, drives, latches, joints, what is in the world, actions that are
-  /// due, the time. Pushes for the next step are forgotten. after_restore() says what follows.
+  /// Restores a saved state: positions, velocities, drives, latches, joints, the objects in the world, the
+  /// actions still due, and the time. Pushes for the next step are forgotten. after_restore() says how later
+  /// steps compare.
   /// @throws InputError: of another engine.
   virtual void restore(const EngineSnapshot& snapshot) = 0;
-  /// Back to the start: an engine made anew takes the same steps to the bit. @throws InputError:
+  /// Goes back to the start: the steps that follow are those of a new engine, to the bit. @throws InputError:
   /// "unsupported".
   virtual void reset() = 0;
 
@@ -138,7 +139,7 @@ class DynamicsEngine {
   virtual std::optional<Vector3> angular_velocity(std::size_t object) const = 0;
   virtual double joint_value(const JointAddress& joint) const = 0;
   virtual double joint_rate(const JointAddress& joint) const = 0;
-  /// Mean of the drive's over the last step [N m] or [N].
+  /// The drive's mean torque or force over the last step [N m] or [N].
   virtual double joint_torque(const JointAddress& joint) const = 0;
 
   virtual Vector3 linear_momentum() const = 0;   ///< of free bodies and mechanisms [N s]

@@ -30,7 +30,7 @@ EngineChoice parse_engine_choice(std::string_view text);
 /// Dynamics engines by name. Registration is explicit, as BackendRegistry's. Not synchronised.
 class EngineRegistry {
  public:
-  /// One that this build lacks, or a check that cannot stand in an engine.
+  /// An engine that this build lacks, or a check that an engine cannot take, with the reason.
   struct Missing {
     std::string name;
     std::string reason;

@@ -14,7 +14,7 @@ class EngineScene {
  public:
   static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 
-  /// Solids that move as one.
+  /// A body: solids that move as one.
   struct Body {
     std::string name;  ///< "object 'x'", for messages
     ContactSide kind = ContactSide::ground;
@@ -26,7 +26,7 @@ class EngineScene {
     std::vector<std::size_t> objects;   ///< more than one: links
     std::vector<SolidIndex> solids;     ///< of all of them
   };
-  /// One that moves. Fixed ones have gone.
+  /// A joint that moves; fixed joints are part of bodies.
   struct Joint {
     JointAddress address;
     std::string name;  ///< "joint 'arm.elbow'"
@@ -34,7 +34,7 @@ class EngineScene {
     std::size_t parent;  ///< body; kNone: the ground
     std::size_t child;
   };
-  /// One of DynamicScene::joints.
+  /// A joint between bodies, from DynamicScene::joints.
   struct BodyJoint {
     const SceneBodyJoint* source;
     std::size_t parent, child;  ///< bodies; kNone: the ground

@@ -49,7 +49,7 @@ class SceneEngine : public DynamicsEngine {
   };
 
   explicit SceneEngine(const DynamicScene& scene);
-  /// Latches that hold from the start, drives at the start, and the state; what is out is taken out.
+  /// Sets the start: closes latches, sets drives and the state, and takes objects out that come later.
   void start();
   /// Saves the state that reset() restores.
   void keep_start();
@@ -68,7 +68,7 @@ class SceneEngine : public DynamicsEngine {
   /// Fills what does not depend on the engine: sides and their velocities.
   void finish_contact(EngineContact& contact) const;
 
-  /// For the next step alone: a force at B's origin and a moment. @param body a free one or a link
+  /// Applies a force at B's origin and a moment for the next step alone. @param body a free one or a link
   virtual void apply(std::size_t body, const Vector3& force_W, const Vector3& moment_W) = 0;
   /// Moves the engine's world by the scene's step. `step` has its failure empty and its times 0.
   virtual void advance(EngineStep& step) = 0;
@@ -81,12 +81,12 @@ class SceneEngine : public DynamicsEngine {
   /// From now on a joint of EngineScene::joints() has the value and the rate, and what hangs on it goes
   /// along.
   virtual void set_joint(std::size_t joint, double value, double rate);
-  /// From now on the two bodies are one, as they stand; and no longer. `carrier` may be of any kind.
+  /// Joins two bodies at their current poses into one; and parts them. `carrier` may be of any kind.
   virtual void latch(std::size_t carrier, std::size_t carried);
   virtual void release(std::size_t carried);
-  /// From now on the joint between bodies holds them as they stand, its value 0; or lets go.
+  /// Lets a joint between bodies hold them at their current poses, with value 0; or lets go.
   virtual void switch_joint(std::size_t body_joint, bool is_on);
-  /// From now on the free body is out of the engine's world, or in it in that state.
+  /// Takes a free body out of the engine's world, or puts it in with that state.
   virtual void take_body(std::size_t body) = 0;
   virtual void put_body(std::size_t body, const State& at) = 0;
   /// The engine's internal state that later steps depend on, beyond what this class keeps.

@@ -18,13 +18,12 @@
 
 namespace touchstone::physics {
 
-/// The rule for two objects that meet in a simulation with forces. `push` is the one that a world without
-/// dynamics has no answer to; the others are ContactPolicy's. In each step, what is left out of dynamics'
-/// motion:
+/// The rule for two objects that meet in a simulation with forces. `push` needs dynamics; the others are
+/// ContactPolicy's. They decide which part of the motion that dynamics computed is not executed in a step:
 enum class GuardPolicy : std::uint8_t {
   cue,      ///< nothing: they move through each other, and it is reported
-  hold,     ///< who would meet the other does not take the step, and stands
-  advance,  ///< who meets the other stops there, and stands
+  hold,     ///< an object that would meet the other does not take the step, and stands
+  advance,  ///< an object that meets the other stops there, and stands
   slide,    ///< what leads closer: they go along each other without friction, no force is known
   push,  ///< dynamics' forces keep them apart, with friction and restitution; what they miss as with `slide`
 };
@@ -37,7 +36,7 @@ struct GuardRule {
   GuardPolicy policy = GuardPolicy::push;
 };
 
-/// How a scene is guarded.
+/// The settings of a guarded scene.
 struct GuardSettings {
   GuardPolicy policy = GuardPolicy::push;  ///< of pairs that no rule names
   std::vector<GuardRule> rules = {};
@@ -46,7 +45,7 @@ struct GuardSettings {
   double gap = 1e-7;
 };
 
-/// A hand's command to a link: the motion of a point fixed in it, until the next command.
+/// A hand that commands a link: the motion of a point fixed in the link, until the next command.
 struct GuardedHand {
   std::size_t link = 0;           ///< object
   Vector3 p_O = Vector3::Zero();  ///< the point, in the object's frame [m]
@@ -70,9 +69,10 @@ struct GuardedStep {
   double joint_error = 0.0;
 };
 
-/// The paper's second build with dynamics in it, in one loop: hands to joint rates, drives of limited torque
-/// and contact forces to where everything would go (SceneSimulation), proof and motion modification to where
-/// it goes (ContactWorld), and back: what is shown is the state that the next step starts from.
+/// The paper's second build with dynamics, in one loop. Hands' commands become joint rates; drives of limited
+/// torque and contact forces give the poses to which everything would go (SceneSimulation); proof and motion
+/// modification give those to which it goes (ContactWorld). These are shown, and the next step starts from
+/// them.
 ///
 ///     GuardedSimulation run(scene, settings, make_native, make_native_broadphase);
 ///     const std::size_t hand = run.add_hand({.link = 4});
@@ -83,9 +83,9 @@ struct GuardedStep {
 /// friction follows in the next step's forces. Who stands (hold, advance) loses its momentum to what holds
 /// it.
 ///
-/// Joints between bodies: what one holds to what was cut follows it in a further frame of the world, the
-/// joint's frames together again as far as that is clear (JointFollower); what is in the way of that is cut,
-/// too. Errors that stay are the next step's to take back.
+/// Joints between bodies: a body that a joint holds to a cut one follows it in a further frame of the world,
+/// so that the joint's frames come together as far as that is clear (JointFollower). Where something stops
+/// this motion, it is cut, too. The next step takes back the errors that stay.
 ///
 /// Shown poses are proven to be apart by g/2 at least, path and all, with the world's narrowphase, whatever
 /// dynamics' contacts come from; objects that overlap at the start may part. Set-up throws InputError, and so
@@ -122,7 +122,8 @@ class GuardedSimulation {
   /// As SceneSimulation's, the proof with it. @throws InputError where ContactWorld refuses.
   bool latch_now(std::size_t option);
   bool release_now(std::size_t carried);
-  /// Off: the object meets nothing, by force or proof. @throws InputError: no such object.
+  /// Switches an object. While it is off it meets nothing, by force or proof. @throws InputError: no such
+  /// object.
   void select(std::size_t object, bool is_on);
   /// Sets the policy of pairs that no rule names.
   void set_policy(GuardPolicy policy);
@@ -140,7 +141,7 @@ class GuardedSimulation {
   const FrameReport& proof() const { return frame_; }
   const ContactWorld& world() const { return world_; }
   const SceneSimulation& simulation() const { return simulation_; }
-  /// Between steps: forces and drives from outside.
+  /// The dynamics world, for forces and drives from outside; between steps.
   DynamicsWorld& dynamics() { return simulation_.world_to_set(); }
   double gap() const { return settings_.gap; }
   std::size_t object_of(ObjectHandle handle) const { return object_of_slot_[handle.slot]; }

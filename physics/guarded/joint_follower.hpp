@@ -9,10 +9,10 @@
 
 namespace touchstone::physics {
 
-/// In a step that was cut, where what joints between bodies hold to what was cut is to go: bodies and
-/// mechanisms that were cut stand, the others of their groups move by the least motion, weighed by mass, that
-/// makes the joints hold again (JointSystem::pull_together()). Velocities stay; the next step's start makes
-/// them agree. Memory is taken once. One thread.
+/// Moves bodies after a cut so that joints between bodies hold again. Bodies and mechanisms that were cut
+/// stand; the others of their groups move by the least motion, weighed by mass, that makes the joints hold
+/// (JointSystem::pull_together()). Velocities stay; the next step's start makes them agree. Memory is taken
+/// once. One thread.
 class JointFollower {
  public:
   explicit JointFollower(const SceneSimulation& simulation);

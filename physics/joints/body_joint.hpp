@@ -9,8 +9,7 @@
 #include "touchstone/contact_core/geometry/pose.hpp"
 
 /// @file
-/// Joints between bodies that are described by their own poses: what holds two of them together, as rows on
-/// their velocities.
+/// Joints between bodies that have poses of their own: rows on the velocities of the two.
 
 namespace touchstone::physics {
 

@@ -10,8 +10,8 @@
 #include "touchstone/physics/joints/body_joint.hpp"
 
 /// @file
-/// Bodies and mechanisms that joints hold together: how they move, and how what rounding and long steps pull
-/// apart comes together again.
+/// The motion of bodies and mechanisms that joints hold together, and the correction of errors that rounding
+/// and long steps leave.
 
 namespace touchstone::physics {
 
@@ -76,7 +76,7 @@ class JointSystem {
   /// Moves everything by h under gravity [m/s2]; kinematic bodies are left to the caller.
   /// @return false, states unchanged, where an arm's joint moves no inertia or the result is not finite.
   bool fly(double h, const Vector3& gravity_W);
-  /// Impulses of the last flight, on B, about its joint's origin, in world axes: one a joint.
+  /// The joints' impulses in the last flight, on B, about the joint's origin, in world axes.
   struct Reaction {
     Vector3 impulse_W, twist_W;  ///< [N s], [N m s]
   };

@@ -54,7 +54,7 @@ struct SceneDrive {
   double ramp = 0.0;  ///< of the torque, from when the drive was set on [N m/s] or [N/s]
 };
 
-/// A joint, given by where it is while the objects stand in their initial poses.
+/// A joint of a mechanism, given by its place while the objects are in their initial poses.
 struct SceneJoint {
   std::string name;
   JointKind kind = JointKind::revolute;
@@ -74,8 +74,8 @@ struct SceneJoint {
   std::string where = {};
 };
 
-/// A joint between two objects that move by themselves, are links, kinematic or the ground: given by where it
-/// is while they stand in their initial poses. It may close loops, hold both ends of an arm, or be let go.
+/// A joint between two objects, each of which is free, a link, kinematic or the ground, given by its place
+/// while they are in their initial poses. It may close loops, hold both ends of an arm, or be switched off.
 struct SceneBodyJoint {
   std::string name;
   BodyJointKind kind = BodyJointKind::fixed;
@@ -140,7 +140,7 @@ struct SceneLatchOption {
   std::vector<ExemptPair> allowed = {};  ///< not checked as well, while it holds
 };
 
-/// A figure that the scene is known to come to, from a closed form.
+/// A known result of the scene, from a closed form.
 struct SceneAnswer {
   /// Which figure of the run is held against `value`.
   enum class Figure : std::uint8_t {
@@ -179,7 +179,7 @@ struct SceneConserved {
   bool energy = false;
 };
 
-/// How far off a backend's run may be to be recommended.
+/// The largest errors with which a backend is still recommended.
 struct SceneAccept {
   double depth = 1e-4;        ///< worst penetration [m]
   double position = 1e-4;     ///< of final poses, from the reference run's [m]
@@ -218,8 +218,8 @@ struct DynamicScene {
 
 /// By object: whether it is out of the world at the start.
 std::vector<std::uint8_t> absent_at_start(const DynamicScene& scene);
-/// Objects that may not come or go, as a joint between bodies holds them, or would: the name of one such
-/// joint; empty: none does.
+/// The name of a joint between bodies that holds the object, or would, so that it may not come or go; empty:
+/// none does.
 std::string joint_that_holds(const DynamicScene& scene, std::size_t object);
 
 /// @throws InputError `where` object 'x': reason: a mass or inertia that no such body has (see

@@ -12,7 +12,7 @@
 #include "touchstone/physics/solver/contact_solver.hpp"
 
 /// @file
-/// Bodies and mechanisms that push each other. Which narrowphase found the contact points is not known here.
+/// Bodies and mechanisms that push each other at contact points, which any narrowphase may have found.
 ///
 /// Threads: one thread owns a world; different worlds share nothing. Set-up throws InputError and changes
 /// nothing; step() neither throws nor, once as many contacts as reserved for have been seen, allocates.
@@ -85,7 +85,7 @@ struct WorldJoint {
   bool is_on = true;  ///< it holds
 };
 
-/// How a joint of the world stands.
+/// The state of a joint of the world.
 struct WorldJointState {
   double value = 0.0, rate = 0.0;      ///< of hinges and sliders [rad, rad/s] or [m, m/s]
   double error = 0.0;                  ///< the farthest that any direction is off [m] or [rad]
@@ -149,7 +149,7 @@ struct StepReport {
 /// takes the same steps to the bit (but for links' inertias, which are MechanismDynamics' own).
 class DynamicsWorld {
  public:
-  /// How hard contact problems are tried.
+  /// How long contact problems are solved.
   enum class Accuracy : std::uint8_t {
     bounded,  ///< as long as the step's work lasts; groups of more than 21 points in one piece
     exact,    ///< by every means of ContactSolver, however long that takes
@@ -235,7 +235,8 @@ class DynamicsWorld {
   /// A free body as it is from now on, after a latch or a release, say; also of one that was held out.
   /// @throws InputError: no such body, a state that is not finite. Does not allocate.
   void set_body(std::uint32_t body, const RigidBody& as, const RigidBodyState& state);
-  /// Out of the world until set_body(): it stays where it is, and has no momentum. @pre no contact names it.
+  /// Takes a body out of the world until set_body(): it keeps its pose and has no momentum. @pre no contact
+  /// names it.
   void hold_out(std::uint32_t body);
   /// Joint rates from now on (joint_rates() itself, too), and the links' inertias taken anew
   /// (MechanismDynamics::set_links()). Does not allocate. @pre one a joint value, finite.
@@ -251,19 +252,19 @@ class DynamicsWorld {
   /// @throws InputError: the ground, a kinematic body, no such body or link, figures that are not finite.
   void push(const Mover& mover, const Vector3& force_W, const Vector3& p_W,
             const Vector3& moment_W = Vector3::Zero());
-  /// As if push() had not been called since the last step.
+  /// Takes back all calls of push() since the last step.
   void forget_pushes();
-  /// Ends a free body's sleep, and that of all it lies with.
+  /// Wakes a free body and all bodies of its sleeping group.
   void wake(std::uint32_t body);
   bool is_asleep(std::uint32_t body) const;
-  /// The first of those that it lies with. @pre it is asleep
+  /// The first body of its sleeping group. @pre it is asleep
   std::uint32_t first_of_sleepers(std::uint32_t body) const;
   std::uint32_t sleepers() const;  ///< bodies
   /// Whether every free body sleeps, nothing else moves, and there are no mechanisms.
   bool is_at_rest() const;
   /// Whether what touches it is to be looked at: not ground, sleepers, and kinematic bodies that stand.
   bool is_restless(const Mover& mover) const;
-  /// Memory for `contacts` at a time, all joint rows besides.
+  /// Reserves memory for this many contacts at a time, and for all joint rows.
   void reserve(std::size_t contacts);
 
   std::size_t body_count() const;

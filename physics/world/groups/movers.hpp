@@ -34,7 +34,7 @@ struct Body {
   Vector3 v_W = Vector3::Zero(), w_W = Vector3::Zero();
 };
 
-/// Torques of a joint that rows find, and its rows: with the two end stops.
+/// A joint's torques that rows find, and its rows: with the two end stops.
 constexpr std::size_t kTorques = 3, kJointRows = 5;
 enum class Torque : std::uint8_t { drive, friction, damping };
 
@@ -104,8 +104,8 @@ struct Movers {
 
   /// Poses and velocities from the states of these bodies.
   void update_motions(std::span<const std::uint32_t> bodies);
-  /// Puts kinematic bodies where they were commanded to be by then: from where the step found them, so that
-  /// no group's clock shows. @param elapsed [s] of the step
+  /// Puts kinematic bodies where their command has them at that time, from their poses at the step's start,
+  /// so that no group's clock matters. @param elapsed [s] of the step
   void place_kinematics(std::span<const std::uint32_t> kinematics, double elapsed);
   /// By the last update_motions().
   Pose pose_of(const Mover& mover) const;

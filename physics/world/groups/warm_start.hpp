@@ -36,7 +36,7 @@ class WarmStart {
   void keep(std::size_t index, const Contact& contact, const Vector3& p_A, const ContactMemory& memory) {
     next_[index] = {contact.key, contact.a, contact.b, p_A, memory, false};
   }
-  /// The step was taken: what was kept is the last step's from now on.
+  /// The step was taken: the new memories become the last step's.
   void accept() { last_.swap(next_); }
   /// The step was not taken.
   void undo();

@@ -27,10 +27,10 @@ class IslandSolver {
   /// softness of contacts that contradict each other. @param budget of its own.
   void solve_softly(ContactRows& rows, double tolerance, WorkBudget& budget, StepReport& report);
 
-  /// Whether contacts of any of these were proven to contradict each other, lately.
+  /// Whether contacts of any of these units were recently proven to contradict each other.
   bool is_contradicted(std::span<const std::uint32_t> units) const;
 
-  /// Before a step, for this many units; and back to that.
+  /// Saves the state before a step, for this many units; and restores it.
   void keep(std::size_t units);
   void undo();
 

@@ -2,11 +2,11 @@
 
 #include "touchstone/physics/world/islands/island_solver.hpp"
 
-// Overlap is taken back at a step's end by moving bodies apart, not by impulses: they get no momentum by it.
+// Removes overlap at a step's end by moving bodies apart, without impulses, so that they get no momentum.
 
 namespace touchstone::physics::stepping {
 
-/// Whether it overlaps, at the step's start, by what takes steps on end to part.
+/// Whether the group overlaps at the step's start by so much that parting it takes several steps.
 bool is_deep(const GroupState& group, const DynamicsWorld::Settings& settings);
 /// Moves the group where it overlaps by more than its points allow (GroupPoint::allowed_depth), by the least
 /// motion, weighed by mass, that does, against friction: the contact problem once more, in velocities that

@@ -15,7 +15,7 @@ struct Stop {
   double missed = 0.0;  // the farthest that something is off at the end, as it stopped before [m], [rad]
 };
 
-/// How the end of a piece is aimed at a stop.
+/// How a piece's end is moved towards a stop.
 struct StopSearch {
   int tries = 0;          // left
   bool is_probe = false;  // so short a piece that it shows how velocities go on
@@ -33,7 +33,7 @@ struct TriedPiece {
 
 /// Or drives that follow a rate, with limited torque.
 bool has_brakes(const Group& group, const Movers& movers);
-/// When sliding first ends or a joint first gets to its drive's rate.
+/// The first time at which sliding ends or a joint reaches its drive's rate.
 Stop first_stop(const TriedPiece& piece);
 /// Where the piece should end to be cut at a stop. @param stop of the piece. @param left of the step [s].
 /// @param t out: the piece's new length. @return whether the piece is to be tried again.
