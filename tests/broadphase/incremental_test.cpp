@@ -96,6 +96,7 @@ void change_objects(const char* name, bool on_paths) {
   const auto broadphase = build(name, scene, 0.1, is_static);
   std::mt19937_64 random(42);
   for (int frame = 0; frame < 150; ++frame) {
+    // Objects come, go and come again.
     std::vector<std::uint32_t> moved;
     for (int i = 0; frame > 0 && i < frame % 4; ++i) {
       const std::uint32_t object = static_cast<std::uint32_t>(random() % (scene.trees.size() + 3));
@@ -116,11 +117,13 @@ void change_objects(const char* name, bool on_paths) {
         moved.push_back(object);
       }
     }
+    // Some of the others move.
     for (std::uint32_t object = 0; object < scene.trees.size(); ++object)
       if (is_gone[object] == 0 && random() % (frame % 7 == 0 ? 2 : 40) == 0)
         scene.place(object, random_pose(random, 20)), moved.push_back(object);
     std::sort(moved.begin(), moved.end());
     moved.erase(std::unique(moved.begin(), moved.end()), moved.end());
+    // Both are brought up to date, the oracle built anew.
     const auto update = [&](Broadphase& updated, std::span<const std::uint32_t> objects) {
       if (on_paths)
         updated.update_paths({scene.poses, scene.poses, {}}, objects);
@@ -134,6 +137,7 @@ void change_objects(const char* name, bool on_paths) {
     std::erase_if(expected, [&](const SolidPair& pair) {
       return is_gone[scene.object_of[pair.a]] != 0 || is_gone[scene.object_of[pair.b]] != 0;
     });
+    // All pairs, and each solid's partners, are the oracle's.
     if (frame % 3 != 0) {
       ASSERT_EQ(sweep(*broadphase, 64), expected) << frame;
     }

@@ -195,6 +195,7 @@ Hexahedron random_solid(std::mt19937_64& random, bool hull) {
 
 Statistics measure(const std::string& backend, bool hull, double offset, double gap, int count) {
   std::mt19937_64 random(7);
+  // Random pairs, moved along their centres until they are the gap apart.
   std::vector<Hexahedron> solids;
   std::vector<Pose> poses;
   std::vector<SolidPair> pairs;
@@ -214,6 +215,7 @@ Statistics measure(const std::string& backend, bool hull, double offset, double 
     pairs.push_back({static_cast<SolidIndex>(2 * i), static_cast<SolidIndex>(2 * i + 1)});
     truth.push_back(signed_distance(a, X_WA, b, X_WB));
   }
+  // The backend's answers.
   const auto narrowphase = make_registry().make_narrowphase(backend);
   narrowphase->build(solids);
   std::vector<PairStatus> status(pairs.size());
@@ -221,6 +223,7 @@ Statistics measure(const std::string& backend, bool hull, double offset, double 
   const auto workspace = narrowphase->make_workspace();
   narrowphase->evaluate({pairs, poses, kDistance}, {status, geometry, {}}, *workspace);
   const Resolution resolution = narrowphase->capabilities().resolution;
+  // Classes and distances against the truth.
   Statistics out;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const double scale = std::abs(offset) + 4.0;

@@ -620,12 +620,14 @@ TEST_F(Program, TheLeastThatServesIsTheCheapestRowOfAll) {
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const auto json = nlohmann::json::parse(read(folder_ / "report/results.json"));
   if (!json["measured_against_exact"]) GTEST_SKIP() << "no truth";
+  // The frames and the reference.
   const auto& trade = json["scenes"][0]["trade"];
   EXPECT_EQ(trade["frames_near_contact"], 5);
   EXPECT_LE(trade["frames"].get<int>(), 10);
   EXPECT_GT(trade["frames_that_differ_in_class"].get<int>(), 0);
   EXPECT_TRUE(trade["round"].get<bool>());
   EXPECT_LT(trade["reference_width_m"].get<double>(), 1.1e-12);
+  // The least that serves is the cheapest row within the error, for each query and step.
   const auto cheapest = [&](const std::string& query, double allowed) {
     int best = -1;
     for (int i = 0; i < static_cast<int>(trade["rows"].size()); ++i) {
@@ -644,6 +646,7 @@ TEST_F(Program, TheLeastThatServesIsTheCheapestRowOfAll) {
   EXPECT_TRUE(trade["least_that_serves"]["distance"].is_null());
   for (const auto& step : trade["steps"])
     EXPECT_EQ(step["row"].get<int>(), cheapest(step["query"], step["allowed_m"].get<double>()));
+  // Facets bound the error of geometry, and what it serves.
   std::size_t of_64 = 0, selected = 0;
   for (const auto& row : trade["rows"]) {
     selected += row["selected"].get<bool>();

@@ -163,6 +163,7 @@ void expect_rejected(const std::function<void(MechanismDescription&)>& spoil, co
 TEST(Mechanism, BadInputIsRejectedByName) {
   using D = MechanismDescription;
   const double nan = std::nan("");
+  // Names.
   expect_rejected([](D& d) { d.name.clear(); }, "mechanism: no name");
   expect_rejected([](D& d) { d.links.clear(); }, "mechanism 'robot': no link");
   expect_rejected([](D& d) { d.links[1].name = "rail"; },
@@ -172,6 +173,7 @@ TEST(Mechanism, BadInputIsRejectedByName) {
   expect_rejected([](D& d) { d.joints[0].child = "wagon"; },
                   "mechanism 'robot', joint 'drive': no link 'wagon'");
   expect_rejected([](D& d) { d.joints[0].child = "rail"; }, "joins link 'rail' to itself");
+  // Axes, frames and limits.
   expect_rejected([](D& d) { d.joints[0].axis_J *= 0.9; },
                   "mechanism 'robot', joint 'drive': the axis has length 0.9, not 1");
   expect_rejected([&](D& d) { d.joints[0].axis_J.x() = nan; }, "the axis has length nan");
@@ -182,6 +184,7 @@ TEST(Mechanism, BadInputIsRejectedByName) {
   expect_rejected([&](D& d) { d.joints[0].upper = nan; }, "limits from -inf to nan");
   expect_rejected([](D& d) { d.joints[0].rate = -1; }, "the rate is -1, not >= 0");
   expect_rejected([](D& d) { d.joints[0].effort = -3; }, "the effort is -3, not >= 0");
+  // The tree and its base.
   expect_rejected([](D& d) { d.joints.pop_back(); },
                   "mechanism 'robot', link 'right_lower': no joint leads to it from base 'rail'");
   expect_rejected(
@@ -191,6 +194,7 @@ TEST(Mechanism, BadInputIsRejectedByName) {
       },
       "joint 'strut': closes a loop");
   expect_rejected([](D& d) { d.base = "ceiling"; }, "mechanism 'robot', base: no link 'ceiling'");
+  // Reference values, exempt pairs and masses.
   expect_rejected([](D& d) { d.reference = {1}; }, "1 reference values for 5 joints that move");
   expect_rejected(
       [](D& d) {

@@ -433,6 +433,7 @@ TEST(DynamicsFile, ReadsJointsBetweenBodiesLossesAndPositionDrives) {
       "    - {time: 0.4, drive: {joint: door, brake: 5}}\n"
       "    - {time: 0.6, part: grip}\n"
       "  answers: [{of: door, figure: value, value: 30, tolerance: 1}]\n");
+  // The joint of the mechanism: losses, rotor, position drive.
   const physics::SceneJoint& joint = scene.mechanisms[0].joints[0];
   EXPECT_EQ(joint.losses.friction, 3.0);
   EXPECT_EQ(joint.losses.damping, 0.5);
@@ -441,6 +442,7 @@ TEST(DynamicsFile, ReadsJointsBetweenBodiesLossesAndPositionDrives) {
   EXPECT_NEAR(joint.drive.drive.position, 90 * kDegree, 1e-15);
   EXPECT_EQ(joint.drive.drive.stiffness, 10.0);
   EXPECT_EQ(joint.drive.drive.limit, 7.0);
+  // The joints between bodies, in SI units.
   ASSERT_EQ(scene.joints.size(), 2u);
   const physics::SceneBodyJoint& door = scene.joints[0];
   EXPECT_EQ(door.kind, physics::BodyJointKind::hinge);
@@ -454,12 +456,14 @@ TEST(DynamicsFile, ReadsJointsBetweenBodiesLossesAndPositionDrives) {
   EXPECT_NEAR(door.drive.drive.rate, 6 * kDegree, 1e-15);
   EXPECT_TRUE(door.is_on);
   EXPECT_FALSE(scene.joints[1].is_on);
+  // Actions and answers find them by name.
   ASSERT_EQ(scene.actions.size(), 3u);
   EXPECT_EQ(scene.actions[0].kind, physics::SceneAction::Kind::join);
   EXPECT_EQ(scene.actions[0].joint.joint, 1u);
   EXPECT_TRUE(scene.actions[1].joint.is_of_bodies());
   EXPECT_EQ(scene.actions[2].kind, physics::SceneAction::Kind::part);
   EXPECT_NEAR(scene.answers[0].value.x(), 30 * kDegree, 1e-15);
+  // Bad ones are named with their lines.
   EXPECT_EQ(error_of(start + "    - {name: x, kind: weld, child: a}\n"),
             "24: joint 'x': kind: unknown kind 'weld'; known: fixed, revolute, prismatic, ball");
   EXPECT_EQ(error_of(start + "    - {name: x, kind: ball, child: a, friction: 1}\n"),

@@ -21,6 +21,7 @@ TEST(ContactWorld, NothingExecutedOverlaps) {
   for (int run = 0; run < 40; ++run) {
     const auto world = make_world();
     world->set_default_rule(rule(run % 2 ? ContactPolicy::advance : ContactPolicy::hold));
+    // Five boxes or plates in a row.
     std::vector<Hexahedron> solids;
     std::vector<ObjectHandle> objects;
     for (int i = 0; i < 5; ++i) {
@@ -29,6 +30,7 @@ TEST(ContactWorld, NothingExecutedOverlaps) {
       objects.push_back(world->add({box_tree("box " + std::to_string(i), size), at(2.7 * i, 0, 0)}));
       solids.push_back(Hexahedron::from_size(size));
     }
+    // The judge of their poses.
     const auto exact = registry.make_narrowphase("exact");
     exact->build(solids);
     const auto workspace = exact->make_workspace();
@@ -43,6 +45,7 @@ TEST(ContactWorld, NothingExecutedOverlaps) {
       }
       return false;
     };
+    // They are drawn to the middle, with random turns; no executed pose overlaps.
     for (int frame = 0; frame < 25; ++frame) {
       std::vector<MotionCommand> commands;
       std::vector<Pose> before(5), after(5);

@@ -76,6 +76,7 @@ class Flight {
   void apply(const Edit& edit) {
     using Kind = Edit::Kind;
     switch (edit.kind) {
+      // Objects and arms come and go.
       case Kind::add:
         keep(edit.a,
              world_->add({edit.tree, edit.X_WO, edit.is_static,
@@ -96,6 +97,7 @@ class Flight {
       case Kind::remove_arm:
         world_->remove_mechanism(arm(edit.a));
         return;
+      // Latches and exemptions.
       case Kind::latch:
         world_->latch(object(edit.a), object(edit.b));
         return;
@@ -108,6 +110,7 @@ class Flight {
       case Kind::unexempt:
         world_->unexempt({object(edit.a), object(edit.b)});
         return;
+      // Switches and rules.
       case Kind::switch_on:
         world_->select(SelectionChange::of(object(edit.a), true));
         return;
