@@ -48,6 +48,20 @@ def answers_for(head, count):
     return slots
 
 
+def put(slot, points, head):
+    """An answer from contact points (separation, p_A_W, p_B_W, n_AB_W), of which the deepest is the pair's; none: nothing is near."""
+    points = sorted(points, key=lambda point: point[0])
+    slot["status"] = OVERLAPPING if points and not points[0][0] > 0 else SEPARATED
+    if "separation" not in slot.dtype.names or not points or points[0][0] > head["max_separation"]:
+        return
+    slot["separation"], slot["p_A_W"], slot["p_B_W"], slot["n_AB_W"] = points[0]
+    if head["query"] == MANIFOLD:
+        points = [point for point in points if point[0] <= head["max_point_separation"]][:len(slot["points"])]
+        slot["point_count"] = len(points)
+        for kept, (separation, a, b, _) in zip(slot["points"], points):
+            kept["separation"], kept["p_A_W"], kept["p_B_W"] = separation, a, b
+
+
 def read(stream, dtype, count):
     data = stream.read(dtype.itemsize * count)
     return np.frombuffer(data, dtype) if len(data) == dtype.itemsize * count else None

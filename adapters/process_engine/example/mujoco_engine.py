@@ -1,32 +1,18 @@
 #!/usr/bin/env python3
 """MuJoCo as an engine: pip install mujoco. Overlap and manifolds by mj_collision, distances by mj_geomDistance. Default options."""
-import sys
 from functools import cache
 
-from engine_protocol import np, DISTANCE, MANIFOLD, OVERLAPPING, SEPARATED, UNSUPPORTED, half_sides, need, serve
+from engine_protocol import DISTANCE, OVERLAPPING, SEPARATED, UNSUPPORTED, np, put, serve
+from mujoco_pair import contact, mujoco, pair_model, placed
 
-mujoco = need("mujoco")
 solids, FURTHEST = [], 1e10
 
 
 @cache
 def model_of(a, b):
     """A model of the pair alone; poses are written into its data."""
-    meshes, geoms = "", ""
-    for i, corners in enumerate((solids[a], solids[b])):
-        half = half_sides(corners)
-        numbers = " ".join(repr(float(value)) for value in (np.ravel(corners) if half is None else half))
-        kind = f'type="box" size="{numbers}"' if half is not None else f'type="mesh" mesh="m{i}"'
-        meshes += f'<mesh name="m{i}" inertia="shell" vertex="{numbers}"/>' if half is None else ""
-        geoms += f'<body><freejoint/><geom name="g{i}" {kind}/></body>'
-    xml = (f'<mujoco><compiler boundmass="1" boundinertia="1"/><asset>{meshes}</asset><worldbody>{geoms}</worldbody>'
-           '<contact><pair geom1="g0" geom2="g1"/></contact></mujoco>')
-    try:
-        model = mujoco.MjModel.from_xml_string(xml)
-        return model, mujoco.MjData(model)
-    except ValueError as error:  # below or above its range
-        print(f"pair {a} {b}: {error}", file=sys.stderr)
-        return None, None
+    model = pair_model(solids[a], solids[b])
+    return model, mujoco.MjData(model) if model is not None else None
 
 
 def build(corners):
@@ -35,22 +21,8 @@ def build(corners):
 
 
 def place(model, data, geom, pose):
-    """A mesh is kept about its own centre, by its own axes: geom_pos and geom_quat."""
-    turn, frame = np.empty(9), pose["R"].T
-    mujoco.mju_quat2Mat(turn, model.geom_quat[geom])
-    data.geom_xpos[geom], data.geom_xmat[geom] = frame @ model.geom_pos[geom] + pose["p"], (frame @ turn.reshape(3, 3)).ravel()
-
-
-def put_contacts(data, slot):
-    """Contacts are in the middle between the surfaces, frames begin with the normal from geom1 to geom2."""
-    contacts = sorted(data.contact, key=lambda contact: contact.dist)[:len(slot["points"])]
-    for contact, point in zip(contacts, slot["points"]):
-        normal, point["separation"] = contact.frame[:3] * (1 if contact.geom[0] == 0 else -1), contact.dist
-        point["p_A_W"], point["p_B_W"] = contact.pos - contact.dist / 2 * normal, contact.pos + contact.dist / 2 * normal
-        if contact is contacts[0]:
-            slot["n_AB_W"] = normal
-    slot["separation"], slot["p_A_W"], slot["p_B_W"] = (slot["points"][0][name] for name in ("separation", "p_A_W", "p_B_W"))
-    slot["point_count"] = len(contacts)
+    p, R = placed(model, geom, pose)
+    data.geom_xpos[geom], data.geom_xmat[geom] = p, R.ravel()
 
 
 def answer(head, pairs, slots):
@@ -63,9 +35,7 @@ def answer(head, pairs, slots):
         place(model, data, 0, pair["X_WA"]), place(model, data, 1, pair["X_WB"])
         if head["query"] != DISTANCE:
             mujoco.mj_collision(model, data)
-            slot["status"] = OVERLAPPING if data.ncon > 0 else SEPARATED
-            if head["query"] == MANIFOLD and data.ncon > 0:
-                put_contacts(data, slot)
+            put(slot, [contact(each.dist, each.pos, each.frame, each.geom) for each in data.contact], head)
             continue
         separation = mujoco.mj_geomDistance(model, data, 0, 1, limit, fromto)
         slot["status"] = SEPARATED if separation > 0 else OVERLAPPING

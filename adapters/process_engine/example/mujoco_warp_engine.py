@@ -4,10 +4,12 @@ Default options; --primitive: without native CCD, which gives boxes a routine of
 import sys
 from functools import cache
 
-from engine_protocol import AT_ONCE, MANIFOLD, OVERLAPPING, SEPARATED, UNSUPPORTED, half_sides, need, np, serve
+from engine_protocol import AT_ONCE, UNSUPPORTED, half_sides, need, np, put, serve
+from mujoco_pair import contact, pair_model, placed
 
-mujoco, wp = need("mujoco"), need("warp")
+wp = need("warp")
 PRIMITIVE, DETERMINISTIC = "--primitive" in sys.argv, "--deterministic" in sys.argv
+OPTIONS = '<option><flag nativeccd="disable"/></option>' if PRIMITIVE else ""
 if DETERMINISTIC:
     wp.config.deterministic, wp.config.deterministic_max_records = wp.DeterministicMode.RUN_TO_RUN, 64
 warp_engine = need("mujoco_warp")
@@ -17,20 +19,9 @@ solids = []
 @cache
 def model_of(a, b):
     """A model of one pair, or, of boxes (None), one for any: sizes and poses are written into it, a world a pair."""
-    meshes, geoms = "", ""
-    for i, solid in enumerate((a, b)):
-        half = np.ones(3) if solid is None else half_sides(solids[solid])
-        numbers = " ".join(repr(float(value)) for value in (np.ravel(solids[solid]) if half is None else half))
-        kind = f'type="box" size="{numbers}"' if half is not None else f'type="mesh" mesh="m{i}"'
-        meshes += f'<mesh name="m{i}" inertia="shell" vertex="{numbers}"/>' if half is None else ""
-        geoms += f'<body><freejoint/><geom name="g{i}" {kind}/></body>'
-    flag = '<option><flag nativeccd="disable"/></option>' if PRIMITIVE else ""
-    xml = (f'<mujoco>{flag}<compiler boundmass="1" boundinertia="1"/><asset>{meshes}</asset><worldbody>{geoms}</worldbody>'
-           '<contact><pair geom1="g0" geom2="g1"/></contact></mujoco>')
-    try:
-        model = mujoco.MjModel.from_xml_string(xml)
-    except ValueError as error:  # below or above its range
-        print(f"pair {a} {b}: {error}", file=sys.stderr)
+    unit = np.array([[i >> 2 & 1, i >> 1 & 1, i & 1] for i in range(8)]) * 2.0 - 1
+    model = pair_model(*(unit if solid is None else solids[solid] for solid in (a, b)), OPTIONS)
+    if model is None:
         return None
     on_device = warp_engine.put_model(model)
     on_device.opt.broadphase_filter = 0  # the pair is asked about, whatever its bounds
@@ -42,8 +33,8 @@ def build(corners):
     model_of.cache_clear()
 
 
-def ask(key, pairs, slots):
-    """All `pairs` in one go, a world each, by the model of `key`."""
+def ask(key, head, pairs, slots):
+    """All `pairs` in one go, a world each, by the model of `key`. A contact that is apart is none."""
     made = model_of(*key)
     if made is None:
         slots["status"] = UNSUPPORTED
@@ -52,9 +43,7 @@ def ask(key, pairs, slots):
     p, R, sizes = np.zeros((data.nworld, 2, 3)), np.tile(np.eye(3), (data.nworld, 2, 1, 1)), np.ones((data.nworld, 2, 3))
     for world, pair in enumerate(pairs):
         for geom, (solid, pose) in enumerate(((pair["a"], pair["X_WA"]), (pair["b"], pair["X_WB"]))):
-            turn, frame = np.empty(9), pose["R"].T  # a mesh is kept about its own centre, by its own axes
-            mujoco.mju_quat2Mat(turn, model.geom_quat[geom])
-            p[world, geom], R[world, geom] = frame @ model.geom_pos[geom] + pose["p"], frame @ turn.reshape(3, 3)
+            p[world, geom], R[world, geom] = placed(model, geom, pose)
             sizes[world, geom] = 1 if key[0] is not None else half_sides(solids[solid])
     if key[0] is None:
         on_device.geom_size = wp.array(sizes.astype(np.float32), dtype=wp.vec3)
@@ -63,22 +52,8 @@ def ask(key, pairs, slots):
     count = int(data.nacon.numpy()[0])
     world, dist, pos, frame, geom = (getattr(data.contact, name).numpy()[:count] for name in ("worldid", "dist", "pos", "frame", "geom"))
     for i, slot in enumerate(slots):
-        put(slot, sorted((float(dist[k]), k) for k in np.flatnonzero(world == i)), pos, frame.reshape(-1, 9), geom)
-
-
-def put(slot, order, pos, frame, geom):
-    """Contacts are in the middle between the surfaces, frames begin with the normal from geom1 to geom2; one that is apart is none."""
-    order = [(depth, k) for depth, k in order if not depth > 0]
-    slot["status"] = OVERLAPPING if order else SEPARATED
-    if "points" not in slot.dtype.names or not order:
-        return
-    for (depth, k), point in zip(order, slot["points"]):
-        normal, point["separation"] = frame[k, :3] * (1 if geom[k, 0] == 0 else -1), depth
-        point["p_A_W"], point["p_B_W"] = pos[k] - depth / 2 * normal, pos[k] + depth / 2 * normal
-        if k == order[0][1]:
-            slot["n_AB_W"] = normal
-    slot["separation"], slot["p_A_W"], slot["p_B_W"] = (slot["points"][0][name] for name in ("separation", "p_A_W", "p_B_W"))
-    slot["point_count"] = min(len(order), len(slot["points"]))
+        put(slot, [contact(*each) for each in zip(dist[world == i], pos[world == i], frame[world == i], geom[world == i])
+                   if not each[0] > 0], head)
 
 
 def answer(head, pairs, slots):
@@ -86,9 +61,10 @@ def answer(head, pairs, slots):
     keys = [(None, None) if box else (int(pair["a"]), int(pair["b"])) for box, pair in zip(boxes, pairs)]
     for key in dict.fromkeys(keys):
         those = [i for i, each in enumerate(keys) if each == key]
-        chosen = slots[those]
-        ask(key, pairs[those], chosen)
-        slots[those] = chosen
+        for at_once in [those] if key[0] is None else [[i] for i in those]:  # as many worlds as its model has
+            chosen = slots[at_once]
+            ask(key, head, pairs[at_once], chosen)
+            slots[at_once] = chosen
 
 
 if __name__ == "__main__":

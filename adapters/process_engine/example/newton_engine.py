@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Newton (single precision) as an engine: pip install newton. Overlap, distances and depths by its collision pipeline, on the processor.
 Shapes have no margin; contacts are found up to a gap of a tenth of the pair's extent, or as far as a distance needs it."""
-from engine_protocol import DISTANCE, MANIFOLD, OVERLAPPING, SEPARATED, half_sides, need, np, serve
+from engine_protocol import DISTANCE, half_sides, need, np, put, serve
 
 wp, newton = need("warp"), need("newton")
 NORMAL_SIGN = -1 if newton.__version__.startswith(("0.", "1.0.")) else 1  # until 1.0 normals are from the second shape to the first
@@ -58,24 +58,12 @@ def answer(head, pairs, slots):
         n = NORMAL_SIGN * n
         found[pair].append((float(n @ (b - a)), *((b, a, -n) if swapped else (a, b, n))))
     for slot, points in zip(slots, found):
-        put(slot, sorted(points, key=lambda point: point[0]), head)
+        put(slot, points, head)
 
 
 def moved(pose, point):
     x, w = pose[3:6], pose[6]
     return pose[:3] + point + 2 * np.cross(x, np.cross(x, point) + w * point)
-
-
-def put(slot, points, head):
-    slot["status"] = OVERLAPPING if points and not points[0][0] > 0 else SEPARATED
-    if "separation" not in slot.dtype.names or not points or points[0][0] > head["max_separation"]:
-        return
-    slot["separation"], slot["p_A_W"], slot["p_B_W"], slot["n_AB_W"] = points[0]
-    if head["query"] == MANIFOLD:
-        points = [point for point in points if point[0] <= head["max_point_separation"]][:len(slot["points"])]
-        slot["point_count"] = len(points)
-        for kept, (separation, a, b, _) in zip(slot["points"], points):
-            kept["separation"], kept["p_A_W"], kept["p_B_W"] = separation, a, b
 
 
 if __name__ == "__main__":
