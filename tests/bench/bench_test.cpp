@@ -107,9 +107,12 @@ TEST(BundledCorpus, AVersionKeepsTheSetsOfTheOneBefore) {
     std::ifstream stream(std::string(MANIFESTS "/") + name);
     return Json::parse(stream).at("sets");
   };
-  const Json before = sets("touchstone-bench-1.0.json"), now = sets("touchstone-bench-1.1.json");
-  ASSERT_EQ(now.size(), before.size() + 2);
-  for (std::size_t i = 0; i < before.size(); ++i) EXPECT_EQ(now[i], before[i]);
+  const Json first = sets("touchstone-bench-1.0.json"), second = sets("touchstone-bench-1.1.json"),
+             third = sets("touchstone-bench-1.2.json");
+  ASSERT_EQ(second.size(), first.size() + 2);
+  for (std::size_t i = 0; i < first.size(); ++i) EXPECT_EQ(second[i], first[i]);
+  ASSERT_EQ(third.size(), second.size() + 4);
+  for (std::size_t i = 0; i < second.size(); ++i) EXPECT_EQ(third[i], second[i]);
 }
 
 // ---- captured pairs

@@ -16,11 +16,13 @@ PlannedSet planned(const Json& json, const std::filesystem::path& folder) {
     set.family = from.at("family");
     set.seed = from.at("seed");
     set.count = from.at("count");
+    if (from.contains("poses")) set.poses = from.at("poses");
   } else {
     for (const Json& file : from.at("files")) set.files.push_back(folder / file.get<std::string>());
   }
   set.pairs_sha256 = json.value("pairs_sha256", "");
   set.truth_sha256 = json.value("truth_sha256", "");
+  set.impacts_sha256 = json.value("impacts_sha256", "");
   return set;
 }
 

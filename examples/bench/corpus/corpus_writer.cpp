@@ -4,7 +4,7 @@
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/compare_backends/run/sets/corpus.hpp"
 #include "touchstone/examples/compare_backends/run/sets/pair_file_run.hpp"
-#include "touchstone/examples/measures/pairs/pair_families.hpp"
+#include "touchstone/examples/measures/paths/path_families.hpp"
 #include "touchstone/examples/program/files/sha256.hpp"
 
 namespace touchstone::comparison {
@@ -12,6 +12,7 @@ namespace {
 
 std::string pairs_name(const PlannedSet& set) { return set.name + ".json"; }
 std::string truth_name(const PlannedSet& set) { return set.name + ".truth.json"; }
+std::string impacts_name(const PlannedSet& set) { return set.name + ".impacts.json"; }
 
 void append(PairSet& to, const PairSet& more) {
   const auto first = static_cast<SolidIndex>(to.solids.size());
@@ -23,7 +24,10 @@ void append(PairSet& to, const PairSet& more) {
 
 PairSet pairs_of(const PlannedSet& planned) {
   PairSet set;
-  if (!planned.family.empty()) append(set, make_pair_family(planned.family, planned.seed, planned.count));
+  if (planned.is_paths())
+    append(set, make_path_family(planned.family, planned.seed, planned.count, planned.poses));
+  else if (!planned.family.empty())
+    append(set, make_pair_family(planned.family, planned.seed, planned.count));
   for (const std::filesystem::path& file : planned.files) append(set, load_pair_file(file.string()).set);
   set.name = planned.name;
   set.description = planned.description;
@@ -41,7 +45,10 @@ void check_frozen(const PlannedSet& set, const std::string& frozen, const std::s
 
 std::vector<std::string> corpus_names(const CorpusPlan& plan) {
   std::vector<std::string> names = {kCorpusManifest};
-  for (const PlannedSet& set : plan.sets) names.insert(names.end(), {pairs_name(set), truth_name(set)});
+  for (const PlannedSet& set : plan.sets) {
+    names.insert(names.end(), {pairs_name(set), truth_name(set)});
+    if (set.is_paths()) names.push_back(impacts_name(set));
+  }
   return names;
 }
 
@@ -64,18 +71,24 @@ std::vector<ReportFile> corpus_files(const CorpusPlan& plan, const Oracle& oracl
     const PlannedSet& planned = plan.sets[i];
     on_set(planned.name);
     const PairSet set = pairs_of(planned);
-    std::string pairs = pair_file_text(set);
-    std::string truth = truth_text(set, compute_truth(set, oracle, threads));
-    if (!freeze) check_frozen(planned, planned.pairs_sha256, sha256(pairs));
-    if (!freeze) check_frozen(planned, planned.truth_sha256, sha256(truth));
     Json& json = manifest.at("sets").at(i);
-    json["pairs"] = pairs_name(planned);
-    json["truth"] = truth_name(planned);
     json["cases"] = set.pairs.size();
-    json["pairs_sha256"] = sha256(pairs);
-    json["truth_sha256"] = sha256(truth);
-    files.emplace_back(pairs_name(planned), std::move(pairs));
-    files.emplace_back(truth_name(planned), std::move(truth));
+    // Each file, its name and its hash, under its own keys.
+    const auto add = [&](const char* key, const std::string& name, const std::string& frozen,
+                         std::string text) {
+      const std::string hash = sha256(text);
+      if (!freeze) check_frozen(planned, frozen, hash);
+      json[key] = name;
+      json[key + std::string("_sha256")] = hash;
+      files.emplace_back(name, std::move(text));
+    };
+    add("pairs", pairs_name(planned), planned.pairs_sha256, pair_file_text(set));
+    add("truth", truth_name(planned), planned.truth_sha256,
+        truth_text(set, compute_truth(set, oracle, threads)));
+    if (!planned.is_paths()) continue;
+    json["poses"] = planned.poses;
+    add("impacts", impacts_name(planned), planned.impacts_sha256,
+        impacts_text(set, planned.poses, compute_path_truth(set, planned.poses, oracle, threads)));
   }
   files.emplace_back(kCorpusManifest, manifest.dump(1) + "\n");
   return files;

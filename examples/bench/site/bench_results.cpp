@@ -67,6 +67,21 @@ bool has_set(const Corpus& corpus, const std::string& name) {
                      [&](const CorpusSet& set) { return set.name == name; });
 }
 
+/// @param first of the file's entries.
+void add_paths(const Json& results, const Corpus& corpus, std::size_t first, BenchResults& into) {
+  for (const Json& json : results.at("path_sets")) {
+    const FiledPathSet set = path_set_of(json);
+    if (!has_set(corpus, set.name)) continue;
+    if (std::none_of(into.path_sets.begin(), into.path_sets.end(),
+                     [&](const FiledPathSet& known) { return known.name == set.name; }))
+      into.path_sets.push_back(set);
+    for (const Json& backend : json.at("backends"))
+      for (std::size_t e = first; e < into.entries.size(); ++e)
+        if (into.entries[e].engine == backend.at("backend").get<std::string>())
+          into.entries[e].paths[set.name] = path_cell_of(backend);
+  }
+}
+
 void add_entries(const Json& results, const std::string& file, const Corpus& corpus, BenchResults& into) {
   const std::size_t first = into.entries.size();
   for (const Json& backend : results.at("backends")) {
@@ -89,6 +104,7 @@ void add_entries(const Json& results, const std::string& file, const Corpus& cor
       }
     }
   }
+  if (results.contains("path_sets")) add_paths(results, corpus, first, into);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "touchstone/examples/bench/site/path_cell.hpp"
 #include "touchstone/examples/compare_backends/judge/set_result.hpp"
 #include "touchstone/examples/compare_backends/run/sets/corpus.hpp"
 #include "touchstone/examples/program/files/json.hpp"
@@ -33,6 +34,7 @@ struct Entry {
   std::string engine, description;  ///< the description carries the version
   std::string file, machine;
   std::map<std::string, std::array<Cell, 3>> sets;  ///< by set and QueryKind
+  std::map<std::string, PathCell> paths;            ///< by set of paths
 
   /// Over all sets.
   Wrongness wrong(QueryKind query) const;
@@ -42,8 +44,9 @@ struct Entry {
 /// Any number of results files of one corpus.
 struct BenchResults {
   std::string corpus_sha256;
-  std::vector<std::string> sets;  ///< in the corpus's order
-  std::vector<Entry> entries;     ///< as the files come, and in these
+  std::vector<std::string> sets;        ///< in the corpus's order
+  std::vector<FiledPathSet> path_sets;  ///< in the corpus's order
+  std::vector<Entry> entries;           ///< as the files come, and in these
   /// Of each engine the last entry: a later file replaces an earlier one.
   std::vector<Entry> newest() const;
 };

@@ -6,6 +6,7 @@
 
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/bench/corpus/corpus_writer.hpp"
+#include "touchstone/examples/bench/site/path_pages.hpp"
 #include "touchstone/examples/bench/site/reproduction.hpp"
 #include "touchstone/examples/bench/site/site_text.hpp"
 #include "touchstone/examples/compare_backends/figures/wireframe_plot.hpp"
@@ -62,6 +63,11 @@ class SetPage {
         xml_text(name));
     for (const FiledAnswer& each : wrong) body_ += figure(entry, query, each);
     body_ += "</div></section>\n";
+  }
+
+  /// The same of a wrong cell of paths.
+  void add_paths(const Entry& entry, const CorpusSet& set, std::vector<ReportFile>& files) {
+    body_ += path_faults(entry, corpus_, set, pairs_, oracle_, files);
   }
 
   bool is_empty() const { return body_.empty(); }
@@ -122,16 +128,27 @@ void for_wrong_cells(const std::vector<Entry>& entries, const std::string& set, 
   }
 }
 
+template <class Visit>
+void for_wrong_paths(const std::vector<Entry>& entries, const std::string& set, const Visit& visit) {
+  for (const Entry& entry : entries) {
+    const auto cell = entry.paths.find(set);
+    if (cell != entry.paths.end() && !faults(cell->second).empty()) visit(entry);
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> case_names(const std::vector<Entry>& entries, const Corpus& corpus) {
   std::vector<std::string> names;
   for (const CorpusSet& set : corpus.sets) {
     const std::size_t before = names.size();
+    const auto add = [&](const std::string& cell) {
+      names.insert(names.end(), {"reproductions/" + cell + ".json", "reproductions/" + cell + ".md"});
+    };
     for_wrong_cells(entries, set.name, [&](const Entry& entry, QueryKind query, const Cell&) {
-      const std::string name = "reproductions/" + cell_name(entry, set.name, query);
-      names.insert(names.end(), {name + ".json", name + ".md"});
+      add(cell_name(entry, set.name, query));
     });
+    for_wrong_paths(entries, set.name, [&](const Entry& entry) { add(path_cell_name(entry, set.name)); });
     if (names.size() > before) names.push_back("cases/" + set.name + ".html");
   }
   return names;
@@ -145,6 +162,7 @@ std::vector<ReportFile> case_files(const std::vector<Entry>& entries, const Corp
     for_wrong_cells(entries, set.name, [&](const Entry& entry, QueryKind query, const Cell& cell) {
       page.add(entry, query, cell, files);
     });
+    for_wrong_paths(entries, set.name, [&](const Entry& entry) { page.add_paths(entry, set, files); });
     if (!page.is_empty()) files.emplace_back("cases/" + set.name + ".html", page.html());
   }
   return files;

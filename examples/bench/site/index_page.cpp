@@ -6,6 +6,7 @@
 #include <set>
 
 #include "touchstone/examples/bench/site/case_pages.hpp"
+#include "touchstone/examples/bench/site/path_pages.hpp"
 #include "touchstone/examples/compare_backends/figures/speed_error_plot.hpp"
 #include "touchstone/examples/compare_backends/page/html.hpp"
 #include "touchstone/examples/program/plots/svg_plot.hpp"
@@ -197,7 +198,8 @@ std::string index_page(const BenchResults& results, const Corpus& corpus) {
       kFar, kCoarse);
   body += losses(results, newest);
   for (const QueryKind query : kQueryKinds) body += table(results, newest, marks, query);
-  body += plots(results, newest, marks) + history(results) + origins(results, corpus);
+  body += path_section(results, newest) + plots(results, newest, marks) + history(results) +
+          origins(results, corpus);
   return site_page(corpus.name + " " + corpus.version, body, "");
 }
 

@@ -12,20 +12,6 @@ namespace {
 
 std::string text(const Vector3& v) { return fmt::format("({}, {}, {})", v.x(), v.y(), v.z()); }
 
-std::string solid_text(const Hexahedron& solid, const Pose& X_WS) {
-  std::string out;
-  if (solid.is_box()) {
-    out = "box, full sides " + text(2 * solid.half_extents()) + "\n";
-  } else {
-    out = "convex hull of\n";
-    for (const Vector3& vertex : solid.vertices()) out += "    " + text(vertex) + "\n";
-  }
-  out += "  position " + text(X_WS.p) + "\n  rotation (rows)\n";
-  for (int row = 0; row < 3; ++row)
-    out += fmt::format("    [{}, {}, {}]\n", X_WS.R(row, 0), X_WS.R(row, 1), X_WS.R(row, 2));
-  return out;
-}
-
 std::string world_text(const WorldVertices& vertices) {
   std::string out;
   for (int i = 0; i < 8; ++i) out += "    " + text(vertices.vertex(i)) + "\n";
@@ -40,6 +26,24 @@ std::string answer_text(const FiledAnswer& answer) {
 }
 
 }  // namespace
+
+std::string pose_text(const Pose& X_WS) {
+  std::string out = "  position " + text(X_WS.p) + "\n  rotation (rows)\n";
+  for (int row = 0; row < 3; ++row)
+    out += fmt::format("    [{}, {}, {}]\n", X_WS.R(row, 0), X_WS.R(row, 1), X_WS.R(row, 2));
+  return out;
+}
+
+std::string solid_text(const Hexahedron& solid, const Pose& X_WS) {
+  std::string out;
+  if (solid.is_box()) {
+    out = "box, full sides " + text(2 * solid.half_extents()) + "\n";
+  } else {
+    out = "convex hull of\n";
+    for (const Vector3& vertex : solid.vertices()) out += "    " + text(vertex) + "\n";
+  }
+  return out + pose_text(X_WS);
+}
 
 PairSet one_case(const PairSet& set, std::size_t index) {
   const auto [a, b] = set.pairs[index];

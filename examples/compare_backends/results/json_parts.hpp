@@ -12,6 +12,7 @@ Json json(const std::optional<Timing>& timing);
 Json json(const Wrongness& wrongness);
 Json json(const std::optional<Consistency>& consistency);
 Json json(const SetResult& set);
+Json json(const PathSetResult& set);
 Json json(const SceneResult& scene);
 Json json(const SelectionRow& row);
 Json json(const BroadphaseResult& result);

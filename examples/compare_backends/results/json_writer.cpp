@@ -78,6 +78,7 @@ void add_backends(const Report& report, Json& root) {
 void add_measured(const Report& report, Json& root) {
   // Pairs come first, with the consistency of their answers.
   root["pair_sets"] = json_list(report.sets);
+  root["path_sets"] = json_list(report.path_sets);
   for (const auto& [name, description] : report.backends) {
     const Consistency total = total_consistency(report.sets, name);
     if (total.swapped.cases > 0) root["consistency"][name] = json(std::optional(total));

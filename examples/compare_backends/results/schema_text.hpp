@@ -76,6 +76,18 @@ inline constexpr SchemaEntry kJsonSchema[] = {
     {"consistency", "classes_changed bits_changed left_out worst_over_S",
      "pairs whose class, or any bit, changed; whose class was not compared; largest change of a separation, "
      "null: none was given"},
+    {"root", "path_sets", "times of impact of those of the corpus's sets that are paths"},
+    {"path_sets", "name paths poses meets open unseen backends",
+     "paths, of so many cases each: which meet, are not decided, and meet at none of their poses"},
+    {"path_sets.backends", "gap check",
+     "why it was not asked; proven: by its separations, sampled: by its verdict at poses"},
+    {"path_sets.backends", "first_pose", "the first of a path's poses that it calls contact"},
+    {"first_pose", "right later earlier open", "than the exact one; open: it says neither before"},
+    {"path_sets.backends", "impacts", "where motion stops"},
+    {"impacts", "answered missed late phantom open failed unsupported",
+     "missed: it goes through; late: it stops in the contact; phantom: it stops on a clear path"},
+    {"path_sets.backends", "worst wrong_cases", "the dearest answer; the wrong and open ones that cost most"},
+    {"worst, wrong_cases", "path stops_at_s", "s from 0 to 1; cost_m: how deep there, or how far apart"},
     {"root", "broadphases", "one entry a broadphase and swarm"},
     {"broadphases",
      "broadphase objects hexahedra_each gap frames frame_ms minimum with_overlap_ms candidates_per_frame "

@@ -8,6 +8,7 @@
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/compare_backends/run/drift_file.hpp"
 #include "touchstone/examples/compare_backends/run/replay_command.hpp"
+#include "touchstone/examples/compare_backends/run/sets/path_judge.hpp"
 #include "touchstone/examples/compare_backends/run/sets/set_summary.hpp"
 #include "touchstone/examples/compare_backends/run/shards/shard_file.hpp"
 #include "touchstone/examples/measures/pairs/pair_families.hpp"
@@ -56,8 +57,13 @@ class Session {
   void run_corpus(Report& report) {
     if (!report.corpus) return;
     for (const CorpusSet& set : report.corpus->sets) {
-      report.sets.push_back(run_set(corpus_pairs(*report.corpus, set), nullptr,
-                                    [&](const auto& truth) { check_truth(*report.corpus, set, truth); }));
+      const PairSet pairs = corpus_pairs(*report.corpus, set);
+      SetAnswers found;
+      report.sets.push_back(run_set(
+          pairs, nullptr, [&](const auto& truth) { check_truth(*report.corpus, set, truth); },
+          set.is_paths() ? &found : nullptr));
+      if (set.is_paths() && oracle_ != nullptr)
+        report.path_sets.push_back(run_path_set(*report.corpus, set, pairs, found, backends_here(report)));
       finish_part(report, set.name);
     }
   }
@@ -106,10 +112,7 @@ class Session {
     const std::vector<std::string> families = chosen_families();
     if (families.empty()) return;
     progress_.step(families.front() + ": threads");
-    std::vector<const BackendRegistry::NarrowphaseEntry*> here;
-    for (const auto& [name, description] : report.backends) {
-      if (is_here(name)) here.push_back(&backends_.registry.narrowphase(name));
-    }
+    const auto here = backends_here(report);
     ThreadOptions threads;
     threads.threads = thread_counts();
     const std::size_t pairs = std::min<std::size_t>(options_.pair_count(), 1024);
@@ -211,6 +214,24 @@ class Session {
                         [&](const Worker& worker) { return worker.offers(name); });
   }
 
+  std::vector<const BackendRegistry::NarrowphaseEntry*> backends_here(const Report& report) const {
+    std::vector<const BackendRegistry::NarrowphaseEntry*> here;
+    for (const auto& [name, description] : report.backends)
+      if (is_here(name)) here.push_back(&backends_.registry.narrowphase(name));
+    return here;
+  }
+
+  /// Times of impact. @param found what was answered about the set's pairs.
+  PathSetResult run_path_set(const Corpus& corpus, const CorpusSet& set, const PairSet& pairs,
+                             const SetAnswers& found,
+                             std::span<const BackendRegistry::NarrowphaseEntry* const> here) {
+    progress_.step(set.name + ": times of impact");
+    const PathJudge judge(corpus, set, pairs, found.truth, *oracle_, options_.threads);
+    PathSetResult result = judge.begin();
+    for (const BackendAnswers& each : found.answers) result.backends.push_back(judge.result_of(each, here));
+    return result;
+  }
+
   using CheckTruth = std::function<void(std::span<const PairTruth>)>;
 
   /// @param set its exact separations are filled in. @param captured answers of an engine, or null.
@@ -230,8 +251,9 @@ class Session {
     return found;
   }
 
-  /// @param check what the set's truth must hold.
-  SetResult run_set(PairSet set, PairFileResult* keep, const CheckTruth& check = {}) {
+  /// @param check what the set's truth must hold. @param answers gets what was found, where it is given.
+  SetResult run_set(PairSet set, PairFileResult* keep, const CheckTruth& check = {},
+                    SetAnswers* answers = nullptr) {
     SetAnswers found;
     SetResult result;
     if (shards_ != nullptr) {
@@ -253,6 +275,7 @@ class Session {
       keep->truth = std::move(found.truth);
       keep->answers = std::move(found.answers);
     }
+    if (answers != nullptr) *answers = std::move(found);
     return result;
   }
 

@@ -5,6 +5,7 @@
 
 #include "touchstone/examples/compare_backends/judge/dynamics_drift.hpp"
 #include "touchstone/examples/compare_backends/judge/gallery.hpp"
+#include "touchstone/examples/compare_backends/judge/path_result.hpp"
 #include "touchstone/examples/compare_backends/judge/ranking.hpp"
 #include "touchstone/examples/compare_backends/judge/set_result.hpp"
 #include "touchstone/examples/compare_backends/judge/verdict.hpp"
@@ -46,6 +47,7 @@ struct Report {
   bool has_truth = false;
   std::optional<Corpus> corpus;             ///< of --corpus
   std::vector<SetResult> sets;              ///< families, the corpus's, then the pair file
+  std::vector<PathSetResult> path_sets;     ///< of those of the corpus's that are paths; empty without truth
   std::optional<PairFileResult> pair_file;  ///< the answers behind the last of `sets`
   std::vector<BroadphaseResult> broadphases;
   std::vector<SceneResult> scenes;

@@ -8,6 +8,8 @@
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/measures/common/random.hpp"
+#include "touchstone/examples/measures/pairs/drawn_solids.hpp"
+#include "touchstone/examples/measures/pairs/placements.hpp"
 #include "touchstone/examples/measures/pairs/written_block.hpp"
 
 namespace touchstone::comparison {
@@ -18,62 +20,7 @@ struct Pair {
   Pose X_WA, X_WB;
 };
 
-// ---- solids
-
-Hexahedron random_box(Random& random) {
-  return Hexahedron::from_size({random.uniform(0.2, 2), random.uniform(0.2, 2), random.uniform(0.2, 2)});
-}
-
-std::array<Vector3, 8> box_vertices(const Vector3& half) {
-  std::array<Vector3, 8> vertices;
-  for (int i = 0; i < 8; ++i) {
-    vertices[i] = {i & 4 ? half.x() : -half.x(), i & 2 ? half.y() : -half.y(), i & 1 ? half.z() : -half.z()};
-  }
-  return vertices;
-}
-
-Vector3 dyadic_half(Random& random) {
-  return {random.dyadic(0.125, 1, 6), random.dyadic(0.125, 1, 6), random.dyadic(0.125, 1, 6)};
-}
-
-// Coordinates are multiples of 2^-12, so the faces are exactly plane before they are posed.
-Hexahedron sheared_box(Random& random) {
-  auto vertices = box_vertices(dyadic_half(random));
-  const double xy = random.dyadic(-1, 1, 6), xz = random.dyadic(-1, 1, 6), yz = random.dyadic(-1, 1, 6);
-  for (Vector3& v : vertices) v = {(v.x() + xy * v.y()) + xz * v.z(), v.y() + yz * v.z(), v.z()};
-  return Hexahedron::from_vertices(vertices);
-}
-
-// A frustum with a rectangular base, its top shrunk in x and y and moved sideways: side faces stay plane.
-Hexahedron tapered_box(Random& random) {
-  auto vertices = box_vertices(dyadic_half(random));
-  const double sx = random.dyadic(0.25, 1, 6), sy = random.dyadic(0.25, 1, 6);
-  const double dx = random.dyadic(-0.5, 0.5, 6), dy = random.dyadic(-0.5, 0.5, 6);
-  for (Vector3& v : vertices) {
-    if (v.z() > 0) v = {sx * v.x() + dx, sy * v.y() + dy, v.z()};
-  }
-  return Hexahedron::from_vertices(vertices);
-}
-
-// One side (slab) or two sides (needle) 1e-2 to 1e-6 of the others.
-Hexahedron thin_box(Random& random) {
-  Vector3 size = uniform_vector(random, 0.5, 2);
-  const std::uint32_t axis = random.below(3);
-  const double thinness = random.binary_scale(-20, -7);
-  if (random.below(2) == 0) {
-    size[axis] *= thinness;
-  } else {
-    size[(axis + 1) % 3] *= thinness;
-    size[(axis + 2) % 3] *= thinness;
-  }
-  return Hexahedron::from_size(size);
-}
-
 // ---- placements
-
-Pose random_pose(Random& random) {
-  return {random_rotation(random), {random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)}};
-}
 
 // Centres up to the sum of the bounding spheres' radii apart: some overlap, some are apart.
 Pair place_nearby(Hexahedron a, Hexahedron b, Random& random) {
@@ -84,8 +31,6 @@ Pair place_nearby(Hexahedron a, Hexahedron b, Random& random) {
   const Pose X_WB{random_rotation(random), p_WB};
   return {std::move(a), std::move(b), X_WA, X_WB};
 }
-
-Vector3 unit(const Vector3& v) { return v / norm(v); }
 
 // Columns: x, the part of y_hint across x, and their product.
 Matrix3 frame_from(const Vector3& x, const Vector3& y_hint) {
@@ -206,14 +151,6 @@ Pair random_pair(Random& random) {
 
 Pair near_1e3_pair(Random& random) { return near_touching(1e-3, random); }
 Pair near_1e7_pair(Random& random) { return near_touching(1e-7, random); }
-
-// A turn about z with z coordinates left exact: cos and sin from the half-angle's tangent.
-Matrix3 turn_about_z(double t) {
-  const double d = 1.0 + t * t, c = (1.0 - t * t) / d, s = 2.0 * t / d;
-  Matrix3 R;
-  R << c, -s, 0, s, c, 0, 0, 0, 1;
-  return R;
-}
 
 // B on A: a third touches exactly, a third is sunk by 2^-30 to 2^-10 m, a third stands on a tilted A, sunk by
 // 1e-6 of size.

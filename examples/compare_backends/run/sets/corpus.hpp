@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "touchstone/examples/measures/pairs/pair_set.hpp"
+#include "touchstone/examples/measures/paths/path_truth.hpp"
 #include "touchstone/examples/measures/truth/oracle.hpp"
 
 namespace touchstone::comparison {
@@ -15,6 +16,11 @@ struct CorpusSet {
   std::string pairs, truth;  ///< files, relative to the corpus
   std::size_t cases = 0;
   std::string pairs_sha256, truth_sha256;  ///< 64 hexadecimal digits
+  // Of sets of paths (path_set.hpp): poses a path, and the file with the truth about the paths.
+  std::size_t poses = 1;
+  std::string impacts, impacts_sha256;
+
+  bool is_paths() const { return poses > 1; }
 };
 
 /// A frozen collection of pairs with the truth about them (examples/bench/README.md): what its manifest says.
@@ -41,6 +47,14 @@ std::vector<PairTruth> corpus_truth(const Corpus& corpus, const CorpusSet& set);
 /// Holds what `exact` says here against the corpus, bit by bit.
 /// @throws InputError naming the first case in which the two differ.
 void check_truth(const Corpus& corpus, const CorpusSet& set, std::span<const PairTruth> truth);
+
+/// The truth about the paths of a set of paths.
+std::vector<PathTruth> corpus_impacts(const Corpus& corpus, const CorpusSet& set);
+/// As check_truth(). @param pairs the set's.
+void check_impacts(const Corpus& corpus, const CorpusSet& set, const PairSet& pairs,
+                   std::span<const PathTruth> truth);
+/// The text of the file with the truth about paths: what corpus_impacts() reads back bit for bit.
+std::string impacts_text(const PairSet& set, std::size_t poses, std::span<const PathTruth> truth);
 
 /// The truth file's text: what corpus_truth() reads back bit for bit.
 std::string truth_text(const PairSet& set, std::span<const PairTruth> truth);

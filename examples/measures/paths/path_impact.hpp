@@ -1,0 +1,35 @@
+#pragma once
+
+#include <optional>
+
+#include "touchstone/contact_core/motion/narrowphase_query.hpp"
+#include "touchstone/contact_core/registry.hpp"
+#include "touchstone/examples/measures/paths/path_set.hpp"
+
+namespace touchstone::comparison {
+
+/// The two solids at s.
+PosedPair posed_at(const SolidPaths& paths, double s);
+
+/// find_impact() of two solids that are built as 0 and 1.
+/// @param first the first one's index in what `query` was built over.
+Impact impact_of(const SolidPaths& paths, const GapRule& rule, NarrowphaseQuery& query, SolidIndex first = 0);
+
+/// A backend's times of impact, as contact worlds find them (find_impact()): by its own separations, or, of
+/// one without them, by its verdict at poses that native's separations choose.
+struct PathAnswers {
+  std::string backend;
+  std::vector<std::optional<Impact>> impacts;  ///< one a path; none: it refuses a solid
+  std::vector<double> gaps;                    ///< that motion keeps on each path [m]
+  std::string why_none;                        ///< why no path was asked about; empty: all were
+};
+
+/// The gap that motion keeps at least [m], and of the declared resolution: the contact world's rule.
+inline constexpr double kLeastGap = 1e-9, kGapOverResolution = 4;
+/// Of a backend with separations; else its resolution has no part in where it stops.
+GapRule gap_rule(const Narrowphase& narrowphase, double scale);
+
+PathAnswers run_paths(const BackendRegistry::NarrowphaseEntry& backend, const PairSet& set,
+                      std::size_t poses);
+
+}  // namespace touchstone::comparison

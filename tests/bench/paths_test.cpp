@@ -1,0 +1,237 @@
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "touchstone/examples/bench/site/path_pages.hpp"
+#include "touchstone/examples/compare_backends/judge/path_result.hpp"
+#include "touchstone/tests/support/program_test.hpp"
+
+// Motion along paths in the reference benchmark: what an answer costs, and a corpus that has paths.
+
+namespace touchstone {
+namespace {
+
+using Json = nlohmann::json;
+using testing::HasSubstr;
+using namespace comparison;
+
+// ---- judged
+
+constexpr std::size_t kPoses = 9;
+
+/// A cube of 1 m at rest in the origin and another that goes straight on, past or into it.
+class Judged : public testing::Test {
+ protected:
+  void SetUp() override {
+    oracle = make_exact_oracle();
+    ASSERT_NE(oracle, nullptr);
+    take(0.2);
+  }
+  /// @param aside of the moving cube's middle along y [m].
+  void take(double aside) {
+    set = {};
+    set.name = "own";
+    const Hexahedron cube = Hexahedron::from_size({1, 1, 1});
+    const auto at = [](double x, double y) { return Pose{Matrix3::Identity(), {x, y, 0.1}}; };
+    append_path(set, "own:0", {cube, cube},
+                {RigidPath(Pose{}), RigidPath::between(at(3, aside), at(-3, aside))}, kPoses);
+    poses = compute_truth(set, *oracle, 1);
+    truth = compute_path_truth(set, kPoses, *oracle, 1);
+  }
+  PathBackendResult judge(const std::optional<Impact>& impact,
+                          const std::vector<PairStatus>& overlap = {}) const {
+    PathAnswers answers;
+    answers.backend = "mine";
+    answers.impacts = {impact};
+    answers.gaps = {1e-9};
+    return judge_paths(set, kPoses, truth, poses, answers, overlap, *oracle);
+  }
+  static Impact stop(ImpactStatus status, double lo) {
+    Impact impact;
+    impact.status = status;
+    impact.lo = lo;
+    return impact;
+  }
+
+  std::unique_ptr<Oracle> oracle;
+  PairSet set;
+  std::vector<PairTruth> poses;
+  std::vector<PathTruth> truth;
+};
+
+TEST_F(Judged, AStopBeforeTheContactCostsWhatIsStillFree) {
+  const PathBackendResult near = judge(stop(ImpactStatus::blocked, 1.0 / 3 - 1e-10));
+  EXPECT_EQ(near.wrong() + near.open, 0u);
+  EXPECT_NEAR(near.worst.cost, 6e-10, 1e-12);
+  const PathBackendResult early = judge(stop(ImpactStatus::blocked, 0.2));
+  EXPECT_EQ(early.wrong(), 0u);
+  EXPECT_NEAR(early.worst.cost, 0.8, 1e-12);
+  EXPECT_NEAR(early.worst.cost_over_scale, 0.8 / paths_of(set, kPoses, 0).scale, 1e-12);
+}
+
+TEST_F(Judged, WhatGoesIntoTheContactCostsItsDepth) {
+  const PathBackendResult late = judge(stop(ImpactStatus::blocked, 0.4));  // 0.4 m in each other along x
+  EXPECT_EQ(late.late, 1u);
+  EXPECT_NEAR(late.worst.cost, 0.4, 1e-12);
+  const PathBackendResult missed = judge(stop(ImpactStatus::clear, 1.0));  // at s = 0.5 0.8 m deep along y
+  EXPECT_EQ(missed.missed, 1u);
+  EXPECT_NEAR(missed.worst.cost, 0.8, 1e-12);
+  ASSERT_EQ(missed.faults.size(), 1u);
+  EXPECT_EQ(missed.faults[0].reason, "missed");
+  EXPECT_EQ(missed.faults[0].id, "own:0");
+}
+
+TEST_F(Judged, AStopOnAClearPathIsPhantomUnlessTheTwoAreWithinTheGap) {
+  take(1.2);
+  ASSERT_EQ(truth[0].path_class, PathClass::clear);
+  EXPECT_EQ(judge(stop(ImpactStatus::clear, 1.0)).wrong(), 0u);
+  const PathBackendResult phantom = judge(stop(ImpactStatus::blocked, 0.5));
+  EXPECT_EQ(phantom.phantom, 1u);
+  EXPECT_NEAR(phantom.worst.cost, 0.2, 1e-12);
+  take(1 + 0x1p-31);
+  ASSERT_EQ(truth[0].path_class, PathClass::clear);
+  EXPECT_EQ(judge(stop(ImpactStatus::blocked, 0.5)).phantom, 0u);
+}
+
+TEST_F(Judged, WhatIsNotAnsweredIsOpenFailedOrNotTaken) {
+  EXPECT_EQ(judge(stop(ImpactStatus::iteration_limit, 0.2)).open, 1u);
+  EXPECT_EQ(judge(stop(ImpactStatus::failed, 0.0)).failed, 1u);
+  const PathBackendResult refused = judge(std::nullopt);
+  EXPECT_EQ(refused.unsupported, 1u);
+  EXPECT_EQ(refused.answered, 0u);
+  EXPECT_EQ(judge(stop(ImpactStatus::iteration_limit, 0.5)).late, 1u);  // stopped early, but too late
+}
+
+TEST_F(Judged, TheFirstPoseInContactIsCounted) {
+  const PathSetResult begun = begin_paths(set, kPoses, truth, poses);
+  EXPECT_EQ(begun.meets, 1u);
+  EXPECT_EQ(begun.unseen, 0u);
+  const auto said = [&](std::size_t first, PairStatus status) {
+    std::vector<PairStatus> overlap(kPoses, PairStatus::separated);
+    if (first < kPoses) overlap[first] = status;
+    return judge(stop(ImpactStatus::blocked, 0.3), overlap);
+  };
+  EXPECT_EQ(said(3, PairStatus::overlapping).pose_right, 1u);  // x = 0.75
+  EXPECT_EQ(said(2, PairStatus::overlapping).pose_earlier, 1u);
+  EXPECT_EQ(said(4, PairStatus::overlapping).pose_later, 1u);
+  EXPECT_EQ(said(kPoses, PairStatus::overlapping).pose_later, 1u);
+  EXPECT_EQ(said(3, PairStatus::undecided).pose_open, 1u);
+}
+
+TEST_F(Judged, AContactBetweenTwoPosesIsUnseen) {
+  const Hexahedron sheet = Hexahedron::from_size({0.01, 1, 1});
+  set = {};
+  append_path(set, "thin:0", {sheet, sheet},
+              {RigidPath(Pose{}),
+               RigidPath::between({Matrix3::Identity(), {1, 0, 0}}, {Matrix3::Identity(), {-2, 0, 0}})},
+              kPoses);
+  poses = compute_truth(set, *oracle, 1);
+  truth = compute_path_truth(set, kPoses, *oracle, 1);
+  EXPECT_EQ(begin_paths(set, kPoses, truth, poses).unseen, 1u);
+}
+
+// ---- a corpus with paths
+
+constexpr const char* kPlan =
+    R"({"schema": "touchstone.corpus/1", "name": "small", "version": "0.1", "sets": [
+  {"name": "thin", "description": "sheets", "from": {"family": "paths_thin", "seed": 7, "count": 12, "poses": 5}}]})";
+
+class PathCorpus : public ProgramTest {
+ protected:
+  PathCorpus() : ProgramTest("") {
+    write("plan.json", kPlan);
+    const Outcome made =
+        run(std::string(BENCH) + " corpus " + at("corpus") + " --freeze --manifest " + at("plan.json"));
+    EXPECT_EQ(made.code, 0) << made.err;
+  }
+  std::string at(const std::string& name) const { return (folder_ / name).string(); }
+  Outcome compare(const std::string& arguments) const {
+    return run(std::string(COMPARE_BACKENDS) + " --no-broadphase --repetitions 1 --corpus " + at("corpus") +
+               " " + arguments);
+  }
+};
+
+TEST_F(PathCorpus, ItIsTheSameEachTimeAndFrozen) {
+  std::filesystem::copy_file(folder_ / "corpus" / "corpus.json", folder_ / "frozen.json");
+  const Outcome again =
+      run(std::string(BENCH) + " corpus " + at("again") + " --manifest " + at("frozen.json"));
+  ASSERT_EQ(again.code, 0) << again.err;
+  EXPECT_EQ(read(folder_ / "again" / "thin.impacts.json"), read(folder_ / "corpus" / "thin.impacts.json"));
+  const Json impacts = Json::parse(read(folder_ / "again" / "thin.impacts.json"));
+  ASSERT_EQ(impacts.size(), 12u);
+  EXPECT_EQ(impacts[3][0], "paths_thin:3");
+  EXPECT_EQ(Json::parse(read(folder_ / "again" / "thin.json")).size(), 60u);
+  Json manifest = Json::parse(read(folder_ / "frozen.json"));
+  manifest["sets"][0]["impacts_sha256"] = std::string(64, '0');
+  write("other.json", manifest.dump());
+  EXPECT_THAT(run(std::string(BENCH) + " corpus " + at("other") + " --manifest " + at("other.json")).err,
+              HasSubstr("corpus: thin: this build makes other files"));
+}
+
+TEST_F(PathCorpus, AWrongTimeOfImpactIsFound) {
+  Json impacts = Json::parse(read(folder_ / "corpus" / "thin.impacts.json"));
+  std::size_t met = 0;
+  while (met < impacts.size() && impacts[met][1] != "meets") ++met;
+  ASSERT_LT(met, impacts.size());
+  impacts[met][3] = 0.99;
+  write("corpus/thin.impacts.json", impacts.dump());
+  EXPECT_THAT(compare("--backend native --output " + at("report")).err,
+              HasSubstr("is not the file that the manifest names"));
+  Json manifest = Json::parse(read(folder_ / "corpus" / "corpus.json"));
+  manifest["sets"][0]["impacts_sha256"] =
+      run("sha256sum " + at("corpus/thin.impacts.json")).out.substr(0, 64);
+  write("corpus/corpus.json", manifest.dump());
+  const std::string id = impacts[met][0];
+  EXPECT_THAT(compare("--backend native --output " + at("report")).err,
+              HasSubstr("path '" + id + "': the time of impact in the corpus is not what `exact` says"));
+}
+
+TEST_F(PathCorpus, EnginesAreJudgedAndShownWithTheirCases) {
+  const Outcome asked = compare("--backend native edge_face --output " + at("report"));
+  ASSERT_EQ(asked.code, 0) << asked.err;
+  const Json results = Json::parse(read(folder_ / "report" / "results.json"));
+  const Json& thin = results.at("path_sets").at(0);
+  EXPECT_EQ(thin.at("paths"), 12);
+  EXPECT_GT(thin.at("meets"), 2);
+  const Json& native = thin.at("backends").at(0);
+  EXPECT_EQ(native.at("check"), "proven");
+  EXPECT_EQ(native.at("impacts").at("answered"), 12);
+  for (const char* kind : {"missed", "late", "phantom", "failed"})
+    EXPECT_EQ(native.at("impacts").at(kind), 0) << kind;
+  EXPECT_EQ(native.at("first_pose").at("right"), 12);
+  EXPECT_EQ(thin.at("backends").at(1).at("check"), "sampled");
+
+  // An engine that goes through everything, as the site has it.
+  Json wrong = results;
+  Json& cell = wrong.at("path_sets").at(0).at("backends").at(0);
+  const std::string met = [&] {
+    for (const Json& impact : Json::parse(read(folder_ / "corpus" / "thin.impacts.json")))
+      if (impact[1] == "meets") return impact[0].get<std::string>();
+    return std::string();
+  }();
+  cell["impacts"]["missed"] = 1;
+  cell["wrong_cases"] = {
+      {{"path", met}, {"reason", "missed"}, {"stops_at_s", 1.0}, {"cost_m", 0.25}, {"cost_over_S", 0.1}}};
+  write("results.json", wrong.dump());
+  const Outcome made = run(std::string(BENCH) + " site " + at("site") + " " + at("results.json") +
+                           " --corpus " + at("corpus"));
+  ASSERT_EQ(made.code, 0) << made.err;
+  const std::string index = read(folder_ / "site" / "index.html");
+  EXPECT_THAT(index, HasSubstr("<section id='paths'>"));
+  EXPECT_THAT(index, HasSubstr("href='cases/thin.html#thin_native_path'>1 missed of 12; "));
+  const std::string page = read(folder_ / "site" / "cases" / "thin.html");
+  EXPECT_THAT(page, HasSubstr("<section id='thin_native_path'>"));
+  EXPECT_THAT(page, HasSubstr("clear to the end (missed)"));
+  EXPECT_THAT(read(folder_ / "site" / "reproductions" / "thin_native_path.md"),
+              HasSubstr(met + ": meets at s in ["));
+  // The pair file has the contact: it is one again.
+  const Outcome once =
+      run(std::string(COMPARE_BACKENDS) + " --pairs " + at("site/reproductions/thin_native_path.json") +
+          " --backend native --case '" + met + "@contact'");
+  ASSERT_EQ(once.code, 0) << once.err;
+  EXPECT_THAT(once.out, HasSubstr("overlap: overlapping"));
+}
+
+}  // namespace
+}  // namespace touchstone
