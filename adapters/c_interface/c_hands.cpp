@@ -50,25 +50,17 @@ void c_interface::keep_hands(touchstone_world& world, const FrameReport& report)
 
 touchstone_code touchstone_set_group_policy(touchstone_world* world, const char* first, const char* second,
                                             int32_t policy, double warn_distance) {
-  return guarded([&] {
-    require(world, "world");
-    require(first, "first");
-    require(second, "second");
-    world->world.set_group_rule(first, second, rule_of(policy, warn_distance));
-  });
+  return guarded({{world, "world"}, {first, "first"}, {second, "second"}},
+                 [&] { world->world.set_group_rule(first, second, rule_of(policy, warn_distance)); });
 }
 
 touchstone_code touchstone_select_group(touchstone_world* world, const char* group, int32_t on) {
-  return guarded([&] {
-    require(world, "world");
-    require(group, "group");
-    world->world.select(SelectionChange::of_group(group, on != 0));
-  });
+  return guarded({{world, "world"}, {group, "group"}},
+                 [&] { world->world.select(SelectionChange::of_group(group, on != 0)); });
 }
 
 touchstone_code touchstone_set_slide_budget(touchstone_world* world, const touchstone_slide_budget* budget) {
-  return guarded([&] {
-    require(world, "world");
+  return guarded({{world, "world"}}, [&] {
     if (budget == nullptr)
       world->world.set_slide_budget({});
     else
@@ -77,9 +69,7 @@ touchstone_code touchstone_set_slide_budget(touchstone_world* world, const touch
 }
 
 touchstone_code touchstone_get_slide_budget(const touchstone_world* world, touchstone_slide_budget* out) {
-  return guarded([&] {
-    require(world, "world");
-    require(out, "out");
+  return guarded({{world, "world"}, {out, "out"}}, [&] {
     const SlideBudget& budget = world->world.slide_budget();
     *out = {budget.pairs, budget.seconds, budget.mover_work};
   });
@@ -87,10 +77,7 @@ touchstone_code touchstone_get_slide_budget(const touchstone_world* world, touch
 
 touchstone_code touchstone_get_cut_off(const touchstone_world* world, const touchstone_object** out,
                                        size_t* count) {
-  return guarded([&] {
-    require(world, "world");
-    require(static_cast<const void*>(out), "out");
-    require(count, "count");
+  return guarded({{world, "world"}, {static_cast<const void*>(out), "out"}, {count, "count"}}, [&] {
     *out = world->cut_off.data();
     *count = world->cut_off.size();
   });
@@ -98,8 +85,7 @@ touchstone_code touchstone_get_cut_off(const touchstone_world* world, const touc
 
 touchstone_code touchstone_set_hand(touchstone_world* world, touchstone_object object,
                                     const touchstone_hand* hand) {
-  return guarded([&] {
-    require(world, "world");
+  return guarded({{world, "world"}}, [&] {
     if (object == TOUCHSTONE_NO_OBJECT)
       world->world.set_default_hand(hand_of(hand));
     else
@@ -109,10 +95,7 @@ touchstone_code touchstone_set_hand(touchstone_world* world, touchstone_object o
 
 touchstone_code touchstone_get_feels(const touchstone_world* world, const touchstone_feel** out,
                                      size_t* count) {
-  return guarded([&] {
-    require(world, "world");
-    require(static_cast<const void*>(out), "out");
-    require(count, "count");
+  return guarded({{world, "world"}, {static_cast<const void*>(out), "out"}, {count, "count"}}, [&] {
     *out = world->felt.data();
     *count = world->felt.size();
   });

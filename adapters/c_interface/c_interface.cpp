@@ -129,22 +129,20 @@ const char* touchstone_error(void) { return touchstone::c_interface::error_text;
 
 size_t touchstone_backend_count(void) {
   size_t count = 0;
-  guarded([&] { count = registry().narrowphases().size(); });
+  guarded({}, [&] { count = registry().narrowphases().size(); });
   return count;
 }
 
 const char* touchstone_backend_name(size_t index) {
   const char* name = nullptr;
-  guarded([&] {
+  guarded({}, [&] {
     if (index < registry().narrowphases().size()) name = registry().narrowphases()[index].name.c_str();
   });
   return name;
 }
 
 touchstone_code touchstone_create(const char* backend, touchstone_narrowphase** out) {
-  return guarded([&] {
-    require(backend, "backend");
-    require(static_cast<const void*>(out), "out");
+  return guarded({{backend, "backend"}, {static_cast<const void*>(out), "out"}}, [&] {
     auto made = std::make_unique<touchstone_narrowphase>();
     made->narrowphase = registry().make_narrowphase(backend);
     *out = made.release();
@@ -155,16 +153,12 @@ void touchstone_destroy(touchstone_narrowphase* narrowphase) { delete narrowphas
 
 touchstone_code touchstone_get_capabilities(const touchstone_narrowphase* narrowphase,
                                             touchstone_capabilities* out) {
-  return guarded([&] {
-    require(narrowphase, "narrowphase");
-    require(out, "out");
-    *out = c_interface::c_capabilities(narrowphase->narrowphase->capabilities());
-  });
+  return guarded({{narrowphase, "narrowphase"}, {out, "out"}},
+                 [&] { *out = c_interface::c_capabilities(narrowphase->narrowphase->capabilities()); });
 }
 
 touchstone_code touchstone_build(touchstone_narrowphase* narrowphase, const double* corners, size_t solids) {
-  return guarded([&] {
-    require(narrowphase, "narrowphase");
+  return guarded({{narrowphase, "narrowphase"}}, [&] {
     if (solids > 0) require(corners, "corners");
     const auto made = c_interface::solids_from_corners({corners, solids * c_interface::kCornerDoubles});
     narrowphase->narrowphase->build(made);
@@ -174,9 +168,7 @@ touchstone_code touchstone_build(touchstone_narrowphase* narrowphase, const doub
 
 touchstone_code touchstone_create_workspace(const touchstone_narrowphase* narrowphase,
                                             touchstone_workspace** out) {
-  return guarded([&] {
-    require(narrowphase, "narrowphase");
-    require(static_cast<const void*>(out), "out");
+  return guarded({{narrowphase, "narrowphase"}, {static_cast<const void*>(out), "out"}}, [&] {
     auto made = std::make_unique<touchstone_workspace>();
     made->of = narrowphase;
     made->workspace = narrowphase->narrowphase->make_workspace();
@@ -189,7 +181,7 @@ void touchstone_destroy_workspace(touchstone_workspace* workspace) { delete work
 touchstone_code touchstone_evaluate(const touchstone_narrowphase* narrowphase,
                                     touchstone_workspace* workspace, const touchstone_input* input,
                                     const touchstone_output* output) {
-  return guarded([&] {
+  return guarded({}, [&] {
     check_call(narrowphase, workspace, input, output);
     if (input->pair_count == 0) return;
     narrowphase->narrowphase->evaluate(input_of(*input), output_of(*output, *input), *workspace->workspace);
@@ -197,9 +189,7 @@ touchstone_code touchstone_evaluate(const touchstone_narrowphase* narrowphase,
 }
 
 touchstone_code touchstone_pose_from_matrix(const double matrix[16], touchstone_pose* out) {
-  return guarded([&] {
-    require(matrix, "matrix");
-    require(out, "out");
+  return guarded({{matrix, "matrix"}, {out, "out"}}, [&] {
     Matrix4 X;
     for (int row = 0; row < 4; ++row)
       for (int column = 0; column < 4; ++column) X(row, column) = matrix[4 * row + column];
@@ -209,10 +199,7 @@ touchstone_code touchstone_pose_from_matrix(const double matrix[16], touchstone_
 
 touchstone_code touchstone_pose_from_quaternion(const double position[3], const double quaternion[4],
                                                 touchstone_pose* out) {
-  return guarded([&] {
-    require(position, "position");
-    require(quaternion, "quaternion");
-    require(out, "out");
+  return guarded({{position, "position"}, {quaternion, "quaternion"}, {out, "out"}}, [&] {
     const Vector3 p(position[0], position[1], position[2]);
     if (!is_finite(p)) reject("position", "is not finite");
     const Matrix3 R = rotation_from_quaternion(quaternion[0], quaternion[1], quaternion[2], quaternion[3]);

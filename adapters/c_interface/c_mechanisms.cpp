@@ -11,9 +11,11 @@
 using namespace touchstone;
 using c_interface::guarded;
 using c_interface::mechanism_of;
+using c_interface::names_of;
 using c_interface::number_of;
 using c_interface::pose_of;
 using c_interface::require;
+using c_interface::values_of;
 
 namespace {
 
@@ -22,12 +24,6 @@ static_assert(TOUCHSTONE_FIXED == static_cast<int>(JointKind::fixed) &&
               TOUCHSTONE_PRISMATIC == static_cast<int>(JointKind::prismatic));
 
 Vector3 vector_of(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
-
-/// @throws InputError: values, but no array.
-std::vector<double> values_of(const double* values, std::size_t count) {
-  if (values == nullptr && count > 0) reject("values", "is NULL");
-  return values == nullptr ? std::vector<double>{} : std::vector<double>(values, values + count);
-}
 
 LinkDescription link_of(const touchstone_link& link) {
   require(link.name, "links: name");
@@ -69,16 +65,26 @@ MechanismDescription description_of(const touchstone_mechanism_description& give
   return out;
 }
 
-touchstone_mechanism add(touchstone_world& world, MechanismDescription description,
-                         const touchstone_pose& X_WB, std::vector<double> values) {
-  MechanismPlacement placement;
-  placement.mechanism = std::make_shared<const Mechanism>(std::move(description));
-  placement.X_WB = pose_of(X_WB);
-  placement.initial = std::move(values);
-  return number_of(world.world.add_mechanism(std::move(placement)));
+}  // namespace
+
+void c_interface::take_options(const touchstone_mechanism_options& options, MechanismDescription& description,
+                               MechanismPlacement& placement) {
+  if (options.exempt_count > 0) require(options.exempt, "options: exempt");
+  for (std::size_t i = 0; i < options.exempt_count; ++i) {
+    require(options.exempt[i].first, "options: exempt: first");
+    require(options.exempt[i].second, "options: exempt: second");
+    description.exempt_pairs.push_back({options.exempt[i].first, options.exempt[i].second});
+  }
+  placement.groups = names_of(options.groups, options.group_count, "options: groups");
+  placement.weights = values_of(options.weights, options.weight_count, "options: weights");
 }
 
-}  // namespace
+touchstone_mechanism c_interface::add_mechanism(touchstone_world& world, MechanismDescription description,
+                                                MechanismPlacement placement, const touchstone_pose& X_WB) {
+  placement.mechanism = std::make_shared<const Mechanism>(std::move(description));
+  placement.X_WB = pose_of(X_WB);
+  return number_of(world.world.add_mechanism(std::move(placement)));
+}
 
 JointCommand c_interface::joint_command_of(const touchstone_world& world,
                                            const touchstone_joint_command& command) {
@@ -92,53 +98,48 @@ touchstone_code touchstone_add_mechanism(touchstone_world* world,
                                          const touchstone_mechanism_description* description,
                                          const touchstone_pose* X_WB, const double* values, size_t count,
                                          touchstone_mechanism* out) {
-  return guarded([&] {
-    require(world, "world");
-    require(description, "description");
-    require(X_WB, "X_WB");
-    require(out, "out");
-    *out = add(*world, description_of(*description), *X_WB, values_of(values, count));
+  return touchstone_add_mechanism_with(world, description, nullptr, X_WB, values, count, out);
+}
+
+touchstone_code touchstone_add_mechanism_with(touchstone_world* world,
+                                              const touchstone_mechanism_description* description,
+                                              const touchstone_mechanism_options* options,
+                                              const touchstone_pose* X_WB, const double* values, size_t count,
+                                              touchstone_mechanism* out) {
+  return guarded({{world, "world"}, {description, "description"}, {X_WB, "X_WB"}, {out, "out"}}, [&] {
+    MechanismDescription described = description_of(*description);
+    MechanismPlacement placement;
+    placement.initial = values_of(values, count, "values");
+    if (options != nullptr) c_interface::take_options(*options, described, placement);
+    *out = c_interface::add_mechanism(*world, std::move(described), std::move(placement), *X_WB);
   });
 }
 
 touchstone_code touchstone_add_arm(touchstone_world* world, const char* name, const char* model,
                                    const touchstone_pose* X_WB, const double* values, size_t count,
                                    touchstone_mechanism* out) {
-  return guarded([&] {
-    require(world, "world");
-    require(name, "name");
-    require(model, "model");
-    require(X_WB, "X_WB");
-    require(out, "out");
+  return guarded({{world, "world"}, {name, "name"}, {model, "model"}, {X_WB, "X_WB"}, {out, "out"}}, [&] {
     MechanismDescription arm = make_bundled_arm(model);
     arm.name = name;
-    *out = add(*world, std::move(arm), *X_WB, values_of(values, count));
+    MechanismPlacement placement;
+    placement.initial = values_of(values, count, "values");
+    *out = c_interface::add_mechanism(*world, std::move(arm), std::move(placement), *X_WB);
   });
 }
 
 touchstone_code touchstone_remove_mechanism(touchstone_world* world, touchstone_mechanism mechanism) {
-  return guarded([&] {
-    require(world, "world");
-    world->world.remove_mechanism(mechanism_of(mechanism));
-  });
+  return guarded({{world, "world"}}, [&] { world->world.remove_mechanism(mechanism_of(mechanism)); });
 }
 
 touchstone_code touchstone_get_link(const touchstone_world* world, touchstone_mechanism mechanism,
                                     const char* link, touchstone_object* out) {
-  return guarded([&] {
-    require(world, "world");
-    require(link, "link");
-    require(out, "out");
-    *out = number_of(world->world.link(mechanism_of(mechanism), link));
-  });
+  return guarded({{world, "world"}, {link, "link"}, {out, "out"}},
+                 [&] { *out = number_of(world->world.link(mechanism_of(mechanism), link)); });
 }
 
 touchstone_code touchstone_get_joints(const touchstone_world* world, touchstone_mechanism mechanism,
                                       const double** values, size_t* count) {
-  return guarded([&] {
-    require(world, "world");
-    require(static_cast<const void*>(values), "values");
-    require(count, "count");
+  return guarded({{world, "world"}, {static_cast<const void*>(values), "values"}, {count, "count"}}, [&] {
     const std::span<const double> joints = world->world.joint_values(mechanism_of(mechanism));
     *values = joints.data();
     *count = joints.size();
@@ -147,8 +148,7 @@ touchstone_code touchstone_get_joints(const touchstone_world* world, touchstone_
 
 touchstone_code touchstone_set_arm_hand(touchstone_world* world, touchstone_mechanism mechanism,
                                         const touchstone_arm_hand* hand) {
-  return guarded([&] {
-    require(world, "world");
+  return guarded({{world, "world"}}, [&] {
     if (hand == nullptr) return world->world.set_hand(mechanism_of(mechanism), std::nullopt);
     require(hand->link, "hand: link");
     ArmHandStiffness stiffness;
@@ -156,7 +156,7 @@ touchstone_code touchstone_set_arm_hand(touchstone_world* world, touchstone_mech
     stiffness.X_LT = pose_of(hand->X_LT);
     stiffness.translation = vector_of(hand->translation);
     stiffness.turning = vector_of(hand->turning);
-    stiffness.joints = values_of(hand->joints, hand->joint_count);
+    stiffness.joints = values_of(hand->joints, hand->joint_count, "hand: joints");
     world->world.set_hand(mechanism_of(mechanism), stiffness);
   });
 }

@@ -53,7 +53,53 @@ SelectionChange change_of(touchstone_object a, touchstone_object b, bool on) {
   return SelectionChange::of(object_of(a), object_of(b), on);
 }
 
+/// A world of its own, not of a file's.
+class OwnWorld final : public c_interface::WorldHolder {
+ public:
+  OwnWorld(std::unique_ptr<Narrowphase> narrowphase, std::unique_ptr<Broadphase> broadphase, double gap)
+      : world_(std::move(narrowphase), std::move(broadphase), gap) {}
+  ContactWorld& world() override { return world_; }
+
+ private:
+  ContactWorld world_;
+};
+
+Exemption exemption_of(const touchstone_exemption& pair) {
+  return {object_of(pair.a), object_of(pair.b), pair.solid_a == nullptr ? "" : pair.solid_a,
+          pair.solid_b == nullptr ? "" : pair.solid_b};
+}
+
 }  // namespace
+
+std::vector<std::string> c_interface::names_of(const char* const* names, std::size_t count,
+                                               const char* what) {
+  if (count > 0) require(static_cast<const void*>(names), what);
+  std::vector<std::string> out;
+  for (std::size_t i = 0; i < count; ++i) {
+    require(names[i], what);
+    out.emplace_back(names[i]);
+  }
+  return out;
+}
+
+std::vector<double> c_interface::values_of(const double* values, std::size_t count, const char* what) {
+  if (count > 0) require(values, what);
+  return values == nullptr ? std::vector<double>{} : std::vector<double>(values, values + count);
+}
+
+touchstone_report c_interface::kept_report(touchstone_world& world, const FrameReport& report) {
+  world.events.clear();
+  for (const ContactEvent& event : report.events) world.events.push_back(event_of(event));
+  keep_hands(world, report);
+  return {report.frame,
+          world.events.data(),
+          world.events.size(),
+          report.queries,
+          report.blocked_movers,
+          report.candidate_pairs,
+          static_cast<uint8_t>(report.check == MotionCheck::proven ? 1 : 0),
+          {}};
+}
 
 std::vector<PlacedHexahedron> c_interface::placed_solids(const double* corners, std::size_t solids) {
   std::vector<PlacedHexahedron> placed;
@@ -63,17 +109,10 @@ std::vector<PlacedHexahedron> c_interface::placed_solids(const double* corners, 
 }
 
 touchstone_code touchstone_create_world(const char* backend, double gap, touchstone_world** out) {
-  return guarded([&] {
-    require(backend, "backend");
-    require(static_cast<const void*>(out), "out");
-    auto made = std::unique_ptr<touchstone_world>(new touchstone_world{
-        ContactWorld(registry().make_narrowphase(backend), registry().make_broadphase("native"),
-                     gap == 0.0 ? kDefaultGap : gap),
-        {},
-        {},
-        {},
-        {},
-        {}});
+  return guarded({{backend, "backend"}, {static_cast<const void*>(out), "out"}}, [&] {
+    auto made = std::make_unique<touchstone_world>(
+        std::make_unique<OwnWorld>(registry().make_narrowphase(backend), registry().make_broadphase("native"),
+                                   gap == 0.0 ? kDefaultGap : gap));
     *out = made.release();
   });
 }
@@ -91,34 +130,20 @@ touchstone_code touchstone_add_object_in_groups(touchstone_world* world, const c
                                                 const touchstone_pose* X_WO, int32_t is_static,
                                                 const char* const* groups, size_t group_count,
                                                 touchstone_object* out) {
-  return guarded([&] {
-    require(world, "world");
-    require(name, "name");
-    require(corners, "corners");
-    require(X_WO, "X_WO");
-    require(out, "out");
-    std::vector<std::string> names;
-    if (group_count > 0) require(static_cast<const void*>(groups), "groups");
-    for (std::size_t i = 0; i < group_count; ++i) {
-      require(groups[i], "groups");
-      names.emplace_back(groups[i]);
-    }
+  return guarded({{world, "world"}, {name, "name"}, {corners, "corners"}, {X_WO, "X_WO"}, {out, "out"}}, [&] {
+    std::vector<std::string> names = c_interface::names_of(groups, group_count, "groups");
     auto tree = std::make_shared<const HexahedronTree>(c_interface::placed_solids(corners, solids), name);
     *out = number_of(world->world.add({std::move(tree), pose_of(*X_WO), is_static != 0, std::move(names)}));
   });
 }
 
 touchstone_code touchstone_remove_object(touchstone_world* world, touchstone_object object) {
-  return guarded([&] {
-    require(world, "world");
-    world->world.remove(object_of(object));
-  });
+  return guarded({{world, "world"}}, [&] { world->world.remove(object_of(object)); });
 }
 
 touchstone_code touchstone_set_policy(touchstone_world* world, touchstone_object a, touchstone_object b,
                                       int32_t policy, double warn_distance) {
-  return guarded([&] {
-    require(world, "world");
+  return guarded({{world, "world"}}, [&] {
     const PairRule rule = rule_of(policy, warn_distance);
     if (a == TOUCHSTONE_NO_OBJECT && b == TOUCHSTONE_NO_OBJECT)
       world->world.set_default_rule(rule);
@@ -129,32 +154,20 @@ touchstone_code touchstone_set_policy(touchstone_world* world, touchstone_object
 
 touchstone_code touchstone_latch(touchstone_world* world, touchstone_object carrier,
                                  touchstone_object carried) {
-  return guarded([&] {
-    require(world, "world");
-    world->world.latch(object_of(carrier), object_of(carried));
-  });
+  return guarded({{world, "world"}}, [&] { world->world.latch(object_of(carrier), object_of(carried)); });
 }
 
 touchstone_code touchstone_unlatch(touchstone_world* world, touchstone_object carried) {
-  return guarded([&] {
-    require(world, "world");
-    world->world.unlatch(object_of(carried));
-  });
+  return guarded({{world, "world"}}, [&] { world->world.unlatch(object_of(carried)); });
 }
 
 touchstone_code touchstone_select(touchstone_world* world, touchstone_object a, touchstone_object b,
                                   int32_t on) {
-  return guarded([&] {
-    require(world, "world");
-    world->world.select(change_of(a, b, on != 0));
-  });
+  return guarded({{world, "world"}}, [&] { world->world.select(change_of(a, b, on != 0)); });
 }
 
 touchstone_code touchstone_prepare(touchstone_world* world) {
-  return guarded([&] {
-    require(world, "world");
-    world->world.prepare();
-  });
+  return guarded({{world, "world"}}, [&] { world->world.prepare(); });
 }
 
 touchstone_code touchstone_frame(touchstone_world* world, const touchstone_command* commands, size_t count,
@@ -165,9 +178,7 @@ touchstone_code touchstone_frame(touchstone_world* world, const touchstone_comma
 touchstone_code touchstone_frame_with_joints(touchstone_world* world, const touchstone_command* commands,
                                              size_t count, const touchstone_joint_command* joints,
                                              size_t joint_count, touchstone_report* out) {
-  return guarded([&] {
-    require(world, "world");
-    require(out, "out");
+  return guarded({{world, "world"}, {out, "out"}}, [&] {
     if (count > 0) require(commands, "commands");
     if (joint_count > 0) require(joints, "joints");
     // All commands are looked at before anything moves.
@@ -177,25 +188,13 @@ touchstone_code touchstone_frame_with_joints(touchstone_world* world, const touc
     world->joint_commands.clear();
     for (std::size_t i = 0; i < joint_count; ++i)
       world->joint_commands.push_back(c_interface::joint_command_of(*world, joints[i]));
-    const FrameReport report = world->world.frame(world->commands, world->joint_commands);
-    world->events.clear();
-    for (const ContactEvent& event : report.events) world->events.push_back(event_of(event));
-    c_interface::keep_hands(*world, report);
-    *out = {report.frame,
-            world->events.data(),
-            world->events.size(),
-            report.queries,
-            report.blocked_movers,
-            report.candidate_pairs,
-            static_cast<uint8_t>(report.check == MotionCheck::proven ? 1 : 0),
-            {}};
+    *out = c_interface::kept_report(*world, world->world.frame(world->commands, world->joint_commands));
   });
 }
 
 touchstone_code touchstone_get_poses(const touchstone_world* world, const touchstone_object* objects,
                                      size_t count, touchstone_pose* poses) {
-  return guarded([&] {
-    require(world, "world");
+  return guarded({{world, "world"}}, [&] {
     if (count == 0) return;
     require(objects, "objects");
     require(poses, "poses");
@@ -203,4 +202,18 @@ touchstone_code touchstone_get_poses(const touchstone_world* world, const touchs
     for (std::size_t i = 0; i < count; ++i)
       reinterpret_cast<Pose&>(poses[i]) = world->world.actual_pose(object_of(objects[i]));
   });
+}
+
+touchstone_code touchstone_exempt(touchstone_world* world, const touchstone_exemption* pair) {
+  return guarded({{world, "world"}, {pair, "pair"}}, [&] { world->world.exempt(exemption_of(*pair)); });
+}
+
+touchstone_code touchstone_unexempt(touchstone_world* world, const touchstone_exemption* pair) {
+  return guarded({{world, "world"}, {pair, "pair"}}, [&] { world->world.unexempt(exemption_of(*pair)); });
+}
+
+touchstone_code touchstone_find_object(const touchstone_world* world, const char* name,
+                                       touchstone_object* out) {
+  return guarded({{world, "world"}, {name, "name"}, {out, "out"}},
+                 [&] { *out = number_of(world->world.find(name)); });
 }

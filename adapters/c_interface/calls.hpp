@@ -1,6 +1,7 @@
 #pragma once
 
 #include <exception>
+#include <initializer_list>
 #include <new>
 #include <utility>
 
@@ -15,10 +16,23 @@ namespace touchstone::c_interface {
 /// Keeps the text for touchstone_error(), cut to its room. Returns the code.
 touchstone_code fail(touchstone_code code, const char* text) noexcept;
 
+/// A pointer that a caller gave, and its name in the header.
+struct Argument {
+  const void* pointer;
+  const char* name;
+};
+
+/// @throws InputError naming an argument that is NULL.
+inline void require(const void* pointer, const char* name) {
+  if (pointer == nullptr) reject(name, "is NULL");
+}
+
 /// Calls `body`; what it throws becomes a code.
+/// @param needed refused, the first that is NULL, before `body` is called.
 template <class Body>
-touchstone_code guarded(Body&& body) noexcept {
+touchstone_code guarded(std::initializer_list<Argument> needed, Body&& body) noexcept {
   try {
+    for (const Argument& each : needed) require(each.pointer, each.name);
     std::forward<Body>(body)();
     return TOUCHSTONE_OK;
   } catch (const InputError& error) {
@@ -30,11 +44,6 @@ touchstone_code guarded(Body&& body) noexcept {
   } catch (...) {
     return fail(TOUCHSTONE_FAILURE, "unknown exception");
   }
-}
-
-/// @throws InputError naming an argument that is NULL.
-inline void require(const void* pointer, const char* name) {
-  if (pointer == nullptr) reject(name, "is NULL");
 }
 
 /// Contact_core's backends, and exact where it was built.

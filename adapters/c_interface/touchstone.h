@@ -444,6 +444,43 @@ touchstone_code touchstone_frame_with_joints(touchstone_world* world, const touc
                                              size_t count, const touchstone_joint_command* joints,
                                              size_t joint_count, touchstone_report* out);
 
+/** A pair that is not checked: of objects, or of a solid of each. */
+typedef struct touchstone_exemption {
+  touchstone_object a, b;
+  const char* solid_a; /**< its name: of solids from corners their number in decimal; NULL: all of the object */
+  const char* solid_b;
+} touchstone_exemption;
+/** Until touchstone_unexempt(), or an object is removed. */
+touchstone_code touchstone_exempt(touchstone_world* world, const touchstone_exemption* pair);
+/** Takes it back. @return TOUCHSTONE_BAD_INPUT where the pair is not exempt. */
+touchstone_code touchstone_unexempt(touchstone_world* world, const touchstone_exemption* pair);
+/** The object of that name, a mechanism's link as `mechanism.link`. @return TOUCHSTONE_BAD_INPUT: there is
+ * none. */
+touchstone_code touchstone_find_object(const touchstone_world* world, const char* name,
+                                       touchstone_object* out);
+
+/** Two links that are not checked against each other, besides those that a joint joins. */
+typedef struct touchstone_link_pair {
+  const char* first; /**< a link, or `link/solid`: the solid's number in decimal */
+  const char* second;
+} touchstone_link_pair;
+
+/** What else a mechanism is given. Zero bytes are the defaults. */
+typedef struct touchstone_mechanism_options {
+  const touchstone_link_pair* exempt;
+  size_t exempt_count;
+  const char* const* groups; /**< of every link */
+  size_t group_count;
+  const double* weights; /**< slides keep the sum of w dq^2 least: one a joint that moves, > 0; NULL: all 1 */
+  size_t weight_count;
+} touchstone_mechanism_options;
+/** touchstone_add_mechanism() with options. @param options NULL: the defaults. */
+touchstone_code touchstone_add_mechanism_with(touchstone_world* world,
+                                              const touchstone_mechanism_description* description,
+                                              const touchstone_mechanism_options* options,
+                                              const touchstone_pose* X_WB, const double* values, size_t count,
+                                              touchstone_mechanism* out);
+
 #ifdef __cplusplus
 }
 #endif

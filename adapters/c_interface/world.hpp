@@ -2,17 +2,35 @@
 
 #include <bit>
 #include <cstdint>
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "touchstone/adapters/c_interface/touchstone.h"
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/mechanism/mechanism.hpp"
 #include "touchstone/contact_core/world/contact_world.hpp"
 
 // Shared by the functions of a world.
 
+namespace touchstone::c_interface {
+
+/// Who has the contact world behind a touchstone_world.
+class WorldHolder {
+ public:
+  virtual ~WorldHolder() = default;
+  virtual ContactWorld& world() = 0;
+};
+
+}  // namespace touchstone::c_interface
+
 struct touchstone_world {
-  touchstone::ContactWorld world;
+  explicit touchstone_world(std::unique_ptr<touchstone::c_interface::WorldHolder> of)
+      : holder(std::move(of)), world(holder->world()) {}
+
+  std::unique_ptr<touchstone::c_interface::WorldHolder> holder;
+  touchstone::ContactWorld& world;
   std::vector<touchstone::MotionCommand> commands;  ///< of a frame; kept for their room
   std::vector<touchstone::JointCommand> joint_commands;
   std::vector<touchstone_event> events;  ///< of the last frame, as what follows
@@ -56,5 +74,19 @@ JointCommand joint_command_of(const touchstone_world& world, const touchstone_jo
 
 /// Keeps what a frame's report says of slides that were cut off and of hands.
 void keep_hands(touchstone_world& world, const FrameReport& report);
+/// A frame's report, its events kept by the world until the next.
+touchstone_report kept_report(touchstone_world& world, const FrameReport& report);
+
+/// @throws InputError: names, but no array, or one that is NULL. @param what the array's name in the header.
+std::vector<std::string> names_of(const char* const* names, std::size_t count, const char* what);
+/// @throws InputError: values, but no array.
+std::vector<double> values_of(const double* values, std::size_t count, const char* what);
+
+/// Options into what they are about. @throws InputError: what is NULL, though it is counted.
+void take_options(const touchstone_mechanism_options& options, MechanismDescription& description,
+                  MechanismPlacement& placement);
+/// Adds a mechanism that is described, in that place. @throws InputError as ContactWorld::add_mechanism().
+touchstone_mechanism add_mechanism(touchstone_world& world, MechanismDescription description,
+                                   MechanismPlacement placement, const touchstone_pose& X_WB);
 
 }  // namespace touchstone::c_interface

@@ -31,7 +31,7 @@ void check_length(const std::filesystem::path& file, const physics::DynamicScene
 
 physics::DynamicScene read_scene(const std::filesystem::path& file, const Options& options,
                                  const std::function<void(const std::string&)>& on_account) {
-  if (comparison::is_robot_file(file)) {
+  if (is_robot_file(file)) {
     const Robot robot = comparison::load_robot_file(file, options.robots);
     if (on_account) on_account(comparison::account_of(robot));
     return robot_scene(robot.mechanism);

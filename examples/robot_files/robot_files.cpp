@@ -5,6 +5,7 @@
 #include <memory>
 #include <set>
 
+#include "touchstone/adapters/robot_formats/robot_formats.hpp"
 #include "touchstone/adapters/robots/enclosing_box.hpp"
 #include "touchstone/adapters/robots/fitted_cover.hpp"
 #include "touchstone/adapters/robots/simplify.hpp"
@@ -17,62 +18,9 @@
 #ifdef TOUCHSTONE_HAS_COVER_PROOF
 #include "touchstone/adapters/cover_proof/cover_proof.hpp"
 #endif
-#ifdef TOUCHSTONE_HAS_URDF
-#include "touchstone/adapters/urdf/urdf.hpp"
-#endif
-#ifdef TOUCHSTONE_HAS_SDF
-#include "touchstone/adapters/sdf/sdf.hpp"
-#endif
-#ifdef TOUCHSTONE_HAS_MJCF
-#include "touchstone/adapters/mjcf/mjcf.hpp"
-#endif
 
 namespace touchstone::comparison {
 namespace {
-
-std::string extension_of(const std::filesystem::path& file) {
-  std::string extension = file.extension().string();
-  for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c;
-  return extension;
-}
-
-[[noreturn, maybe_unused]] void refuse(const std::filesystem::path& file, const std::string& what) {
-  throw InputError(file.string() + ": this build does not read " + what);
-}
-
-Robot read([[maybe_unused]] const std::filesystem::path& file, [[maybe_unused]] const RobotOptions& options) {
-  const std::string extension = extension_of(file);
-  if (extension == ".urdf") {
-#ifdef TOUCHSTONE_HAS_URDF
-    return urdf::load_robot(file, options);
-#else
-    refuse(file, "URDF (Debian: liburdfdom-dev)");
-#endif
-  }
-  if (extension == ".sdf") {
-#ifdef TOUCHSTONE_HAS_SDF
-    return sdf::load_robot(file, options);
-#else
-    refuse(file, "SDF (Debian: libtinyxml2-dev)");
-#endif
-  }
-  if (extension == ".xml" || extension == ".mjcf") {
-#ifdef TOUCHSTONE_HAS_MJCF
-    return mjcf::load_robot(file, options);
-#else
-    refuse(file, "MJCF (Debian: libmujoco-dev)");
-#endif
-  }
-  throw InputError(file.string() + ": a robot is read from .urdf, .sdf, .xml or .mjcf");
-}
-
-void take_srdf([[maybe_unused]] const std::string& file, [[maybe_unused]] MechanismDescription& robot) {
-#ifdef TOUCHSTONE_HAS_URDF
-  robot.exempt_pairs = urdf::load_srdf(file);
-#else
-  refuse(file, "SRDF (Debian: liburdfdom-dev)");
-#endif
-}
 
 void prove([[maybe_unused]] const TriangleMesh& mesh, [[maybe_unused]] const Fit& fit,
            [[maybe_unused]] const std::string& name) {
@@ -135,11 +83,6 @@ void add_robot_options(CLI::App& app, RobotChoices& choices) {
   app.add_option("--srdf", choices.srdf, "SRDF file with the pairs of links that are not checked");
 }
 
-bool is_robot_file(const std::filesystem::path& file) {
-  const std::string extension = extension_of(file);
-  return extension == ".urdf" || extension == ".sdf" || extension == ".xml" || extension == ".mjcf";
-}
-
 Robot load_robot_file(const std::filesystem::path& file, const RobotChoices& choices) {
   RobotOptions options;
   options.mimic = MimicJoints::free;
@@ -147,10 +90,10 @@ Robot load_robot_file(const std::filesystem::path& file, const RobotChoices& cho
   for (const std::string& path : choices.package_paths) options.package_paths.emplace_back(path);
   options.any_mesh_size = choices.any_mesh_size;
   if (!*choices.covers) *choices.covers = make_covers(choices);
-  if (choices.over != "box") read(file, options);  // for its units, before anything is fitted
+  if (choices.over != "box") load_robot(file, options);  // for its units, before anything is fitted
   options.cover_mesh = *choices.covers;
-  Robot robot = read(file, options);
-  if (!choices.srdf.empty()) take_srdf(choices.srdf, robot.mechanism);
+  Robot robot = load_robot(file, options);
+  if (!choices.srdf.empty()) robot.mechanism.exempt_pairs = load_exempt_pairs(choices.srdf);
   const std::unique_ptr<Narrowphase> native = make_native();
   for (std::string& line : exempt_reference_overlaps(robot.mechanism, *native))
     robot.notes.push_back(file.string() + ": " + std::move(line));

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "touchstone/adapters/robots/robot.hpp"
+#include "touchstone/adapters/robot_formats/robot_formats.hpp"
 
 // Robots of others in programs: which formats this build reads, and their options.
 
@@ -30,9 +30,6 @@ struct RobotChoices {
   std::shared_ptr<CoverMesh> covers = std::make_shared<CoverMesh>();
 };
 void add_robot_options(CLI::App& app, RobotChoices& choices);
-
-/// By the extension: .urdf, and where it is built in .sdf and .xml or .mjcf. @throws nothing
-bool is_robot_file(const std::filesystem::path& file);
 
 /// Reads a robot; once their units are looked at its meshes are covered within `over`, with progress on
 /// stderr, and where the build has adapters/cover_proof each cover is proven, those from earlier runs as

@@ -221,6 +221,127 @@ TEST(CMechanism, FramesDoNotAllocate) {
   EXPECT_EQ(allocation_count(), before);
 }
 
+// ---- options
+
+/// The crane on its post, given options; its hook may be drawn in as far as the post.
+class Options : public testing::Test {
+ protected:
+  CWorld world = made_world();
+  Crane crane;
+  touchstone_pose origin = c_pose(Pose{});
+  touchstone_mechanism_options options{};
+
+  Options() {
+    crane.joints[1].lower = -0.6;
+    crane.joints[1].upper = 1.0;
+  }
+  touchstone_mechanism add(const std::vector<double>& values, int32_t policy) {
+    touchstone_mechanism arm = 0;
+    EXPECT_EQ(touchstone_add_mechanism_with(world.get(), &crane.description, &options, &origin, values.data(),
+                                            values.size(), &arm),
+              TOUCHSTONE_OK)
+        << touchstone_error();
+    EXPECT_EQ(touchstone_set_policy(world.get(), TOUCHSTONE_NO_OBJECT, TOUCHSTONE_NO_OBJECT, policy, 0.0),
+              TOUCHSTONE_OK);
+    return arm;
+  }
+};
+
+TEST_F(Options, LinksThatAreExemptPassThroughEachOther) {
+  const touchstone_mechanism checked = add({0, 0}, TOUCHSTONE_ADVANCE);
+  moved(world, checked, {0, -0.5});
+  EXPECT_NEAR(joints_of(world, checked)[1], -0.35, 1e-6);  // the post is 0.2 m wide, the hook 0.1
+  ASSERT_EQ(touchstone_remove_mechanism(world.get(), checked), TOUCHSTONE_OK);
+
+  const touchstone_link_pair pair = {"post/0", "hook"};
+  options.exempt = &pair;
+  options.exempt_count = 1;
+  const touchstone_mechanism exempt = add({0, 0}, TOUCHSTONE_ADVANCE);
+  moved(world, exempt, {0, -0.5});
+  EXPECT_EQ(joints_of(world, exempt)[1], -0.5);
+}
+
+TEST_F(Options, WeightsDecideWhichJointYieldsAsInCpp) {
+  const std::vector<double> start = {0.5, 0.0}, goal = {0.5, 0.8}, weights = {100.0, 1.0};
+  const Hexahedron wall = Hexahedron::from_size({0.1, 4, 4});
+  const Pose X_WWall = at(1.0, 0, 0);
+  const auto slid = [&](const std::vector<double>& given) {
+    world = made_world();
+    options.weights = given.data();
+    options.weight_count = given.size();
+    const touchstone_mechanism arm = add(start, TOUCHSTONE_SLIDE);
+    const std::vector<double> corners = Crane::corners(wall);
+    const touchstone_pose X = c_pose(X_WWall);
+    touchstone_object made = 0;
+    EXPECT_EQ(touchstone_add_object(world.get(), "wall", corners.data(), 1, &X, 1, &made), TOUCHSTONE_OK);
+    for (int frame = 0; frame < 3; ++frame) moved(world, arm, goal);
+    return joints_of(world, arm);
+  };
+  const std::vector<double> weighted = slid(weights), alike = slid({1.0, 1.0});
+  EXPECT_LT(weighted[0] - 0.5, 0.5 * (alike[0] - 0.5));  // what is heavy turns less
+  EXPECT_LT(weighted[1], alike[1]);
+
+  BackendRegistry registry;
+  register_core(registry);
+  ContactWorld cpp(make_native(), registry.make_broadphase("native"), kDefaultGap);
+  MechanismDescription description{"crane", {}, {}};
+  for (const touchstone_link& link : crane.links)
+    description.links.push_back(
+        {link.name, {{"0", c_interface::solids_from_corners({link.corners, 24}).front(), Pose{}}}});
+  for (const touchstone_joint& joint : crane.joints) {
+    JointDescription& out = description.joints.emplace_back();
+    out = {joint.name, static_cast<JointKind>(joint.kind), joint.parent, joint.child};
+    std::memcpy(static_cast<void*>(&out.X_PJ), &joint.X_PJ, sizeof out.X_PJ);
+    out.axis_J = {joint.axis_J[0], joint.axis_J[1], joint.axis_J[2]};
+    out.lower = joint.lower;
+    out.upper = joint.upper;
+  }
+  const MechanismHandle arm = cpp.add_mechanism(
+      {std::make_shared<const Mechanism>(std::move(description)), Pose{}, start, {}, weights});
+  PairRule rule;
+  rule.policy = ContactPolicy::slide;
+  cpp.set_default_rule(rule);
+  cpp.add({std::make_shared<const HexahedronTree>(std::vector<PlacedHexahedron>{{"0", wall, Pose{}}}, "wall"),
+           X_WWall, true});
+  const JointCommand command{arm, goal};
+  for (int frame = 0; frame < 3; ++frame) cpp.frame({}, {&command, 1});
+  EXPECT_TRUE(std::ranges::equal(weighted, cpp.joint_values(arm)));
+}
+
+TEST_F(Options, GroupsAreThoseOfEveryLink) {
+  const char* groups[] = {"cranes"};
+  options.groups = groups;
+  options.group_count = 1;
+  const touchstone_mechanism arm = add({0, 0}, TOUCHSTONE_ADVANCE);
+  ASSERT_EQ(touchstone_set_group_policy(world.get(), "cranes", "cranes", TOUCHSTONE_CUE, 0.0), TOUCHSTONE_OK);
+  moved(world, arm, {0, -0.5});
+  EXPECT_EQ(joints_of(world, arm)[1], -0.5);
+}
+
+TEST_F(Options, WhatIsNoneIsRefusedByName) {
+  touchstone_mechanism arm = 7;
+  const auto refused = [&](const char* text) {
+    EXPECT_EQ(
+        touchstone_add_mechanism_with(world.get(), &crane.description, &options, &origin, nullptr, 0, &arm),
+        TOUCHSTONE_BAD_INPUT);
+    EXPECT_THAT(touchstone_error(), HasSubstr(text));
+    EXPECT_EQ(arm, 7u);
+  };
+  options.weight_count = 2;
+  refused("options: weights: is NULL");
+  const double weights[] = {1.0, 0.0};
+  options.weights = weights;
+  refused("weight");
+  options = {};
+  touchstone_link_pair pair = {"post", nullptr};
+  options.exempt_count = 1;
+  refused("options: exempt: is NULL");
+  options.exempt = &pair;
+  refused("options: exempt: second: is NULL");
+  pair.second = "nobody";
+  refused("nobody");
+}
+
 class BadMechanisms : public testing::Test {
  protected:
   CWorld world = made_world();

@@ -339,6 +339,35 @@ class BadWorldCalls : public testing::Test {
   }
 };
 
+TEST(CWorldExemptions, AnExemptPairIsNotCheckedUntilItIsTakenBack) {
+  CWorld c;
+  const Hexahedron cube = Hexahedron::from_size({1, 1, 1});
+  const touchstone_object box = c.add("box", cube, at(0, 0, 0)),
+                          wall = c.add("wall", cube, at(2, 0, 0), true);
+  ASSERT_EQ(touchstone_set_policy(c.world.get(), TOUCHSTONE_NO_OBJECT, TOUCHSTONE_NO_OBJECT,
+                                  TOUCHSTONE_ADVANCE, 0.0),
+            TOUCHSTONE_OK);
+  touchstone_object found = TOUCHSTONE_NO_OBJECT;
+  ASSERT_EQ(touchstone_find_object(c.world.get(), "wall", &found), TOUCHSTONE_OK);
+  EXPECT_EQ(found, wall);
+  // By the solid's number of one of the two.
+  const touchstone_exemption pair = {box, wall, "0", nullptr};
+  ASSERT_EQ(touchstone_exempt(c.world.get(), &pair), TOUCHSTONE_OK) << touchstone_error();
+  c.frame({{box, c_pose(at(4, 0, 0))}});
+  EXPECT_EQ(c.pose(box).p[0], 4.0);
+  ASSERT_EQ(touchstone_unexempt(c.world.get(), &pair), TOUCHSTONE_OK) << touchstone_error();
+  c.frame({{box, c_pose(at(0, 0, 0))}});
+  EXPECT_NEAR(c.pose(box).p[0], 3.0, 1e-6);
+
+  EXPECT_EQ(touchstone_unexempt(c.world.get(), &pair), TOUCHSTONE_BAD_INPUT);
+  const touchstone_exemption no_solid = {box, wall, "1", nullptr};
+  EXPECT_EQ(touchstone_exempt(c.world.get(), &no_solid), TOUCHSTONE_BAD_INPUT);
+  EXPECT_EQ(touchstone_exempt(c.world.get(), nullptr), TOUCHSTONE_BAD_INPUT);
+  EXPECT_THAT(touchstone_error(), HasSubstr("pair: is NULL"));
+  EXPECT_EQ(touchstone_find_object(c.world.get(), "nobody", &found), TOUCHSTONE_BAD_INPUT);
+  EXPECT_EQ(found, wall);
+}
+
 TEST_F(BadWorldCalls, NullPointersAreNamed) {
   touchstone_world* made = nullptr;
   refused(touchstone_create_world(nullptr, 0.0, &made), "backend: is NULL");

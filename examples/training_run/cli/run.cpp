@@ -31,8 +31,7 @@ std::string flight_name(const std::string& script, std::string_view method, std:
 
 Script read_script(const std::filesystem::path& file, const Options& options,
                    const std::function<void(const std::string&)>& on_account) {
-  if (!comparison::is_robot_file(file))
-    return load_script(file, comparison::arm_models(options.robots, on_account));
+  if (!is_robot_file(file)) return load_script(file, comparison::arm_models(options.robots, on_account));
   const Robot robot = comparison::load_robot_file(file, options.robots);
   if (on_account) on_account(comparison::account_of(robot));
   return robot_script(robot.mechanism);

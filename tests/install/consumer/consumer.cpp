@@ -79,6 +79,12 @@
 #ifdef WITH_gltf
 #include "touchstone/adapters/gltf/gltf.hpp"
 #endif
+#ifdef WITH_c_files
+#include "touchstone/adapters/c_files/touchstone_files.h"
+#endif
+#ifdef WITH_robot_formats
+#include "touchstone/adapters/robot_formats/robot_formats.hpp"
+#endif
 #ifdef WITH_c_interface
 #include "touchstone/adapters/c_interface/touchstone.h"
 #endif
@@ -191,6 +197,23 @@ int wrong_plugins([[maybe_unused]] const BackendRegistry& registry) {
   return wrong;
 }
 
+/// The C interface, scenes and robots of files.
+int wrong_with_c() {
+  int wrong = 0;
+#ifdef WITH_c_interface
+  wrong += touchstone_abi_version() == TOUCHSTONE_ABI_VERSION ? 0 : 1;
+#endif
+#ifdef WITH_c_files
+  touchstone_world* scene = nullptr;
+  const touchstone_code code = touchstone_load_scene("native", "not_there.yaml", nullptr, 0, &scene);
+  wrong += code == TOUCHSTONE_BAD_INPUT ? 0 : 1;
+#endif
+#ifdef WITH_robot_formats
+  wrong += refused("robot_formats", [] { touchstone::load_robot("not_there.urdf"); });
+#endif
+  return wrong;
+}
+
 int wrong_files() {
   int wrong = 0;
 #ifdef WITH_scene_files
@@ -225,9 +248,7 @@ int wrong_files() {
   twice.entities.assign(2, {.object = "box", .id = 1, .type = 0, .X_OE = {}});
   wrong += refused("cigi", [&] { CigiOutput output(twice); });
 #endif
-#ifdef WITH_c_interface
-  wrong += touchstone_abi_version() == TOUCHSTONE_ABI_VERSION ? 0 : 1;
-#endif
+  wrong += wrong_with_c();
 #ifdef WITH_plugin
   BackendRegistry registry;
   wrong += refused("plugin", [&] { register_plugin(registry, "./not_there.so"); });
