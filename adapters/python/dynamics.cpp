@@ -3,11 +3,9 @@
 #include "touchstone/adapters/all/all_engines.hpp"
 #include "touchstone/adapters/python/arrays.hpp"
 #include "touchstone/adapters/python/bindings.hpp"
+#include "touchstone/adapters/python/dynamic_scenes.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
-#ifdef TOUCHSTONE_HAS_DYNAMICS_FILES
-#include "touchstone/adapters/scene_files/dynamics_file.hpp"
-#endif
 
 namespace touchstone::python {
 namespace {
@@ -21,102 +19,6 @@ const EngineRegistry& engines() {
     return made.release();
   }();
   return *registry;
-}
-
-// ---- scenes
-
-BodyKind body_kind(const std::string& name) {
-  for (const BodyKind kind : {BodyKind::fixed, BodyKind::dynamic})
-    if (to_string(kind) == name) return kind;
-  reject("kind", "'" + name + "' is none of " + std::string(to_string(BodyKind::fixed)) + ", " +
-                     std::string(to_string(BodyKind::dynamic)) + "; others come from files");
-}
-
-std::shared_ptr<DynamicScene> make_scene(const std::string& name, double duration, double step,
-                                         const py::object& gravity) {
-  auto made = std::make_shared<DynamicScene>();
-  made->scene.name = name;
-  made->scene.units = "SI";
-  made->scene.duration = duration;
-  made->scene.frame_rate = 1.0 / step;
-  made->scene.contact_gap = 1e-9;
-  made->step = step;
-  made->gravity_W = vector3(gravity, "gravity");
-  return made;
-}
-
-std::size_t add_body(DynamicScene& self, const HexahedronTree& tree, const py::object& X_WO,
-                     const std::string& kind, std::optional<double> mass, std::optional<double> density,
-                     const py::object& velocity, const py::object& angular_velocity, double friction,
-                     double restitution) {
-  SceneBody body;
-  body.kind = body_kind(kind);
-  if (mass && density) reject(tree.name(), "has a mass and a density");
-  if (mass) body.inertia = inertia_of_mass(tree.solids(), *mass, tree.name());
-  if (density) body.inertia = inertia_of_density(tree.solids(), *density, tree.name());
-  if (body.kind == BodyKind::dynamic && !mass && !density) reject(tree.name(), "is dynamic, and has no mass");
-  if (!velocity.is_none()) body.v_W = vector3(velocity, "velocity");
-  if (!angular_velocity.is_none()) body.w_W = vector3(angular_velocity, "angular_velocity");
-  body.surface = {friction, restitution};
-  SceneObject object{tree, pose(X_WO, tree.name().c_str()), {}, {}, body.kind == BodyKind::fixed};
-  if (find_object(self.scene, tree.name()) != kNoObject) reject(tree.name(), "is there already");
-  self.scene.objects.push_back(std::move(object));
-  self.bodies.push_back(std::move(body));
-  return self.bodies.size() - 1;
-}
-
-std::vector<std::string> object_names(const DynamicScene& self) {
-  std::vector<std::string> made;
-  for (const SceneObject& object : self.scene.objects) made.push_back(object.tree.name());
-  return made;
-}
-
-std::vector<std::string> joint_names(const DynamicScene& self) {
-  std::vector<std::string> made;
-  for (std::size_t m = 0; m < self.mechanisms.size(); ++m)
-    for (std::size_t j = 0; j < self.mechanisms[m].joints.size(); ++j) made.push_back(name_of(self, {m, j}));
-  for (std::size_t j = 0; j < self.joints.size(); ++j)
-    made.push_back(name_of(self, {JointAddress::kBodyJoint, j}));
-  return made;
-}
-
-void bind_scene(py::module_& module) {
-  py::class_<DynamicScene, std::shared_ptr<DynamicScene>>(module, "DynamicScene",
-                                                          "Bodies and their laws; SI units.")
-      .def(py::init(&make_scene), py::arg("name"), py::arg("duration"), py::arg("step") = 1e-3,
-           py::arg("gravity") = py::make_tuple(0.0, 0.0, 0.0),
-           "duration and step [s]; the step divides the duration. gravity: (3,) [m/s2].")
-      .def("add", &add_body, py::arg("tree"), py::arg("X_WO") = py::none(), py::arg("kind") = "dynamic",
-           py::arg("mass") = py::none(), py::arg("density") = py::none(), py::arg("velocity") = py::none(),
-           py::arg("angular_velocity") = py::none(), py::arg("friction") = 0.5, py::arg("restitution") = 0.0,
-           "Adds a body; returns its number. kind: 'static' or 'dynamic'. mass [kg] or density [kg/m3], "
-           "uniform. "
-           "velocity (3,) of the centre of mass [m/s], angular_velocity (3,) [rad/s].")
-      .def_property_readonly("name", [](const DynamicScene& self) { return self.scene.name; })
-      .def_property_readonly("objects", &object_names)
-      .def_property_readonly("joints", &joint_names)
-      .def_property_readonly("step_count", &DynamicScene::step_count)
-      .def_readonly("step", &DynamicScene::step)
-      .def_readwrite("contact_margin", &DynamicScene::contact_margin,
-                     "Points up to this far apart are found [m].")
-      .def_readwrite("bounce_speed", &DynamicScene::bounce_speed, "Slower approaches do not bounce [m/s].")
-      .def_readwrite("push_out", &DynamicScene::push_out)
-      .def_readwrite("sleep_speed", &DynamicScene::sleep_speed)
-      .def_readwrite("sleep_time", &DynamicScene::sleep_time)
-      .def("tree", [](const DynamicScene& self, std::size_t object) {
-        if (object >= self.scene.objects.size()) throw py::index_error("object " + std::to_string(object));
-        return std::make_shared<HexahedronTree>(self.scene.objects[object].tree);
-      });
-#ifdef TOUCHSTONE_HAS_DYNAMICS_FILES
-  module.def(
-      "load_dynamic_scene",
-      [](const std::string& path, const std::map<std::string, double>& parameters) {
-        return std::make_shared<DynamicScene>(load_dynamic_scene(path, parameters));
-      },
-      py::arg("path"), py::arg("parameters") = std::map<std::string, double>{},
-      "Reads a scene file with dynamics (adapters/scene_files/README.md). parameters replace the file's "
-      "own.");
-#endif
 }
 
 // ---- runs
@@ -166,14 +68,7 @@ class Run {
     if (object >= scene_.scene.objects.size()) throw py::index_error("object " + std::to_string(object));
     return object;
   }
-  JointAddress joint(const std::string& name) const {
-    for (std::size_t m = 0; m < scene_.mechanisms.size(); ++m)
-      for (std::size_t j = 0; j < scene_.mechanisms[m].joints.size(); ++j)
-        if (name_of(scene_, {m, j}) == name) return {m, j};
-    for (std::size_t j = 0; j < scene_.joints.size(); ++j)
-      if (scene_.joints[j].name == name) return {JointAddress::kBodyJoint, j};
-    reject(name, "is no joint of the scene");
-  }
+  JointAddress joint(const std::string& name) const { return joint_of(scene_, name); }
   std::size_t object_count() const { return scene_.scene.objects.size(); }
 
  private:
@@ -278,7 +173,7 @@ void bind_state(py::class_<Run>& run) {
 }  // namespace
 
 void bind_dynamics(py::module_& module) {
-  bind_scene(module);
+  bind_dynamic_scenes(module);
   module.def(
       "engines",
       [] {

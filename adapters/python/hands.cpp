@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "touchstone/adapters/python/arrays.hpp"
+#include "touchstone/adapters/python/executor.hpp"
 #include "touchstone/adapters/python/world.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
@@ -61,8 +62,7 @@ py::dict slide_budget(GuardedWorld& self) {
 }
 
 std::shared_ptr<ThreadPool> thread_pool(std::size_t threads) {
-  if (threads < 1 || threads > kMostThreads)
-    reject("threads", "are " + std::to_string(threads) + ", must be 1 to " + std::to_string(kMostThreads));
+  check_thread_count(threads);
   return std::make_shared<ThreadPool>(threads);
 }
 
@@ -72,6 +72,11 @@ constexpr const char* kStiffnessText =
     "Above 0, no two of a frame further apart than a factor of 1e6. ";
 
 }  // namespace
+
+void check_thread_count(std::size_t threads) {
+  if (threads < 1 || threads > kMostThreads)
+    reject("threads", "are " + std::to_string(threads) + ", must be 1 to " + std::to_string(kMostThreads));
+}
 
 void bind_hands(py::module_& module) {
   py::class_<HandStiffness>(module, "HandStiffness",
@@ -171,10 +176,23 @@ void bind_hands_of(WorldClass& world) {
           "set_threads", &GuardedWorld::set_threads, py::arg("count"),
           "Frames run on so many threads of the world's own, 1 to 64, the caller's among them; the same bits "
           "with any number.")
-      .def("set_thread_pool", &GuardedWorld::set_thread_pool, py::arg("pool"),
-           "Frames run on a ThreadPool's threads, which other worlds may share; None: on the caller's alone. "
-           "The "
-           "same bits with any.");
+      .def(
+          "set_executor",
+          [](GuardedWorld& self, const py::object& executor, std::size_t threads) {
+            self.set_runner(executor_of(executor, threads));
+          },
+          py::arg("executor"), py::arg("threads"),
+          "Frames run on threads of a concurrent.futures.Executor, or of a callable that has the function "
+          "that it is given called on some thread: so many tasks at once, 1 to 64, the caller's thread among "
+          "them. The same bits with any. The frame never waits for a call that has not begun, and a late one "
+          "does nothing; what the executor raises goes to sys.unraisablehook. set_threads(1) ends it.")
+      .def(
+          "set_thread_pool",
+          [](GuardedWorld& self, std::shared_ptr<ThreadPool> pool) { self.set_runner(std::move(pool)); },
+          py::arg("pool"),
+          "Frames run on a ThreadPool's threads, which other worlds may share; None: on the caller's alone. "
+          "The "
+          "same bits with any.");
 }
 
 }  // namespace touchstone::python

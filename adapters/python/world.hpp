@@ -53,6 +53,9 @@ struct Report {
 Report kept(const FrameReport& of);
 void bind_report(py::module_& module);
 
+/// @throws InputError: not 1 to as many as a world takes.
+void check_thread_count(std::size_t threads);
+
 /// Threads that worlds borrow for their frames. Worlds that share them take turns.
 class ThreadPool final : public TaskRunner {
  public:
@@ -86,9 +89,9 @@ class GuardedWorld {
     pool_.reset();
   }
   /// Kept until another one, or none, is set.
-  void set_thread_pool(std::shared_ptr<ThreadPool> pool) {
-    get().set_task_runner(pool.get());
-    pool_ = std::move(pool);
+  void set_runner(std::shared_ptr<TaskRunner> runner) {
+    get().set_task_runner(runner.get());
+    pool_ = std::move(runner);
   }
 
   template <class Body>
@@ -104,7 +107,7 @@ class GuardedWorld {
   }
 
  private:
-  std::shared_ptr<ThreadPool> pool_;  // before the world, which borrows it to its end
+  std::shared_ptr<TaskRunner> pool_;  // before the world, which borrows it to its end
   ContactWorld world_;
   bool is_busy_ = false;
 };

@@ -262,6 +262,7 @@ class World:
     @property
     def slide_budget(self) -> Dict[str, Any]: ...  # pairs, seconds, mover_work; None: unlimited
     def set_threads(self, count: int) -> None: ...
+    def set_executor(self, executor: Any, threads: int) -> None: ...  # has submit(), or is callable
     def set_thread_pool(self, pool: Optional[ThreadPool]) -> None: ...
     @property
     def gap(self) -> float: ...
@@ -295,13 +296,31 @@ class World:
     def unlatch(self, carried: Object) -> None: ...
     def select(self, on: bool, *what: Union[Object, MechanismHandle, str]) -> None: ...
 
+class JointDrive:
+    """What drives a joint."""
+
+    def __init__(self, mode: str = "torque", torque: float = 0.0, rate: float = 0.0, limit: float = ..., position: float = 0.0,
+                 stiffness: float = 0.0, damping: float = 0.0, ramp: float = 0.0) -> None: ...  # [N m, rad] or [N, m]
+    @property
+    def mode(self) -> str: ...
+
 class DynamicScene:
-    """Bodies and their laws."""
+    """Bodies, joints, actions and their laws."""
 
     def __init__(self, name: str, duration: float, step: float = 1e-3, gravity: ArrayLike = ...) -> None: ...
     def add(self, tree: HexahedronTree, X_WO: Pose = None, kind: str = "dynamic", mass: Optional[float] = None,
             density: Optional[float] = None, velocity: Optional[ArrayLike] = None,
             angular_velocity: Optional[ArrayLike] = None, friction: float = 0.5, restitution: float = 0.0) -> int: ...
+    def add_joint(self, mechanism: str, name: str, child: str, parent: Optional[str] = None, kind: str = "revolute",
+                  position: Optional[ArrayLike] = None, axis: ArrayLike = ..., value: float = 0.0, rate: float = 0.0, lower: float = ...,
+                  upper: float = ..., most_rate: float = ..., effort: float = ..., drive: JointDrive = ..., friction: float = 0.0,
+                  damping: float = 0.0, rotor: float = 0.0) -> None: ...
+    def add_body_joint(self, name: str, child: str, parent: Optional[str] = None, kind: str = "fixed",
+                       position: Optional[ArrayLike] = None, axis: ArrayLike = ..., lower: float = ..., upper: float = ...,
+                       effort: float = ..., drive: JointDrive = ..., friction: float = 0.0, damping: float = 0.0,
+                       holds: bool = True) -> None: ...
+    def act(self, time: float, kind: str, what: str, drive: Optional[JointDrive] = None, value: float = 0.0, rate: float = 0.0,
+            carrier: Optional[str] = None, allowed: Sequence[Tuple[str, str]] = ...) -> None: ...
     @property
     def name(self) -> str: ...
     @property

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include <string>
+#include <vector>
+
+#include "touchstone/physics/scene/dynamic_scene.hpp"
+
+// Private to this folder: scenes of dynamics.
+
+namespace touchstone::python {
+
+/// Those of mechanisms, as "arm.elbow", then those between bodies.
+std::vector<std::string> joint_names(const physics::DynamicScene& scene);
+/// @throws InputError: no joint of that name.
+physics::JointAddress joint_of(const physics::DynamicScene& scene, const std::string& name);
+
+void bind_dynamic_scenes(pybind11::module_& module);
+
+}  // namespace touchstone::python
