@@ -140,10 +140,13 @@ TEST_F(ReportFiles, TheSchemaNamesEveryKeyAndNoOther) {
     for (std::string key; words >> key;) described.insert(key);
   }
   for (const std::string& key : keys) EXPECT_TRUE(described.contains(key)) << key << " is in no schema";
-  // Runs on a corpus have its name and hash, by which the benchmark's site knows them: Bench tests.
-  // A merge names the shards of other machines: Shards tests.
+  // Runs on a corpus have its name and hash, by which the benchmark's site knows them, and paths: Bench
+  // tests. A merge names the shards of other machines: Shards tests.
   for (const char* sometimes :
-       {"failure", "gap", "gaps", "what", "why", "corpus", "sha256", "shards_elsewhere", "k", "n"})
+       {"failure",    "gap",   "gaps",  "what",  "why",     "corpus", "sha256",  "shards_elsewhere",
+        "k",          "n",     "paths", "poses", "meets",   "open",   "unseen",  "path",
+        "first_pose", "right", "later", "late",  "earlier", "check",  "impacts", "answered",
+        "stops_at_s"})
     described.erase(sometimes);
   for (const std::string& key : described) EXPECT_TRUE(keys.contains(key)) << key << " is in no JSON";
   std::istringstream csv(read(folder_ / "report/results.csv"));
