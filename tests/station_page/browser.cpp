@@ -65,8 +65,8 @@ std::string type_of(const std::filesystem::path& file) {
   dup2(log, 2);
   const std::string data = "--user-data-dir=" + profile.string();
   execl(program.c_str(), program.c_str(), "--headless", "--no-sandbox", "--remote-debugging-pipe",
-        "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-first-run", "--mute-audio",
-        "--hide-scrollbars", data.c_str(), static_cast<char*>(nullptr));
+        "--enable-unsafe-swiftshader", "--no-first-run", "--mute-audio", "--hide-scrollbars", data.c_str(),
+        static_cast<char*>(nullptr));
   _exit(127);
 }
 

@@ -7,8 +7,8 @@ window.seen = {
   colourAt(point) {
     const {station, picture, renderer} = touchstoneStation, screen = station.screens[0];
     picture.draw(station.frame, station.screens, 'dark');
-    const at = picture.place(screen, point), box = screen.element.getBoundingClientRect(), all = renderer.canvas.getBoundingClientRect();
-    const x = (box.left - all.left + at[0]) * renderer.ratio, y = renderer.canvas.height - (box.top - all.top + at[1]) * renderer.ratio;
+    const at = picture.place(screen, point);
+    const x = at[0] * renderer.ratio, y = renderer.canvas.height - at[1] * renderer.ratio;
     const pixel = new Uint8Array(4);
     renderer.gl.readPixels(Math.round(x), Math.round(y), 1, 1, renderer.gl.RGBA, renderer.gl.UNSIGNED_BYTE, pixel);
     return [...pixel.slice(0, 3)];

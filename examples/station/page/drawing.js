@@ -44,7 +44,10 @@ function factOf(frame, screen) {
   return method.contact ? 'in contact' : '';
 }
 
+// They go with the picture; their figures change as often as the other read-outs do.
 function showLabels(frame) {
+  const now = performance.now(), isDue = now - (station.labelsAt || 0) >= 1000 / parts.pace.level.readOuts;
+  if (isDue) station.labelsAt = now;
   const screen = station.screens.find(one => one.main && one.method === ours());
   const shown = !screen || !get('show-distances').checked || station.sideBySide ? [] : frame.distances.slice(0, 3);
   const labels = get('labels');
@@ -54,17 +57,18 @@ function showLabels(frame) {
     const one = shown[i], at = one && parts.picture.place(screen, scale(add(one.pointOnA, one.pointOnB), 0.5));
     // A farther one's label gives way to a nearer one's.
     const free = at && taken.every(other => Math.abs(at[0] - other[0]) > 64 || Math.abs(at[1] - other[1]) > 18);
+    const isNew = free && labels.children[i].hidden;
     labels.children[i].hidden = !free;
     if (!free) continue;
     taken.push(at);
-    say(labels.children[i], metres(one.separation));
-    labels.children[i].style.transform = `translate(${(at[0] + screen.element.offsetLeft + 8).toFixed(0)}px, ${(at[1] + screen.element.offsetTop - 8).toFixed(0)}px)`;
+    if (isDue || isNew) say(labels.children[i], metres(one.separation));
+    labels.children[i].style.transform = `translate(${(at[0] + 8).toFixed(0)}px, ${(at[1] - 8).toFixed(0)}px)`;
   }
 }
 
-export function drawFrame(frame) {
+export function drawFrame(frame, hasChanged = true) {
   Object.assign(parts.picture, {edges: get('show-edges').checked, ghost: get('show-ghost').checked, distances: get('show-distances').checked});
-  parts.picture.draw(frame, station.screens, theme());
+  parts.picture.draw(frame, station.screens, theme(), hasChanged);
   for (const screen of station.screens) {
     const method = frame.methods.find(one => one.index === screen.method);
     say(screen.fact, factOf(frame, screen));

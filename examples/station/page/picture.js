@@ -12,6 +12,8 @@ const colour = {merged: [1.0, 0.16, 0.14], contact: [0.90, 0.62, 0.0], blocked: 
   force: [0.0, 0.62, 0.45], distance: [0.34, 0.71, 0.91], path: [0.80, 0.47, 0.65], commanded: [0.30, 0.72, 1.0]};
 const sky = {dark: [0.035, 0.047, 0.075], light: [0.82, 0.87, 0.93]};
 const bezel = {dark: [0.08, 0.09, 0.11], light: [0.93, 0.945, 0.96]};
+// Around a screen; drawn here since the browser would blend it over all of the canvas. As --line and .bad of station.css.
+const border = {dark: [0.23, 0.25, 0.29], light: [0.79, 0.82, 0.85], merged: [0.85, 0.11, 0.11]};
 
 const mix = (a, b, share) => [0, 1, 2].map(i => a[i] + (b[i] - a[i]) * share);
 const rgba = (rgb, alpha = 1) => [...rgb, alpha];
@@ -121,8 +123,9 @@ export function marksOf(frame, method, {distances, path, size}) {
 
 // Draws `screens` [{element, camera(poses), method, main}] of one frame.
 export class Picture {
-  constructor(renderer) {
-    Object.assign(this, {renderer, edges: true, ghost: true, distances: true, path: null, drawnObjects: 0});
+  // `pace`: how much of it is drawn (pace.js).
+  constructor(renderer, pace) {
+    Object.assign(this, {renderer, pace, edges: true, ghost: true, distances: true, path: null, turn: 0, next: 0, stale: new Set(), isMeasured: false});
   }
 
   setScene(scene) {
@@ -132,61 +135,124 @@ export class Picture {
       ({solids: object.solids.map(index => scene.solids[index].vertices)})));
   }
 
-  draw(frame, screens, theme) {
-    const {renderer, scene} = this, canvas = renderer.canvas.getBoundingClientRect();
-    const ours = frame.methods[frame.methods.length - 1];
-    renderer.begin(bezel[theme]);
-    // By method, so that a method's poses are uploaded once however many cameras look at it.
-    for (const method of frame.methods) {
-      const mine = screens.filter(screen => screen.method === method.index && screen.element.offsetWidth > 0);
-      if (!mine.length) continue;
-      const passes = mine.map(screen => ({screen, camera: screen.camera(method.poses), box: screen.element.getBoundingClientRect()}));
-      const rect = box => ({left: box.left - canvas.left, top: box.top - canvas.top, width: box.width, height: box.height});
-      const ghosts = this.ghost && method === ours ? lagging(method.poses, frame.commanded.poses, scene.objects.length) : null;
-      const merged = mergedObjects(scene, method);
-      renderer.upload(method.poses, frameColours(this.base, method), merged.size ? scene.objects.map((_, i) => !merged.has(i)) : null);
-      for (const {screen, camera, box} of passes) {
-        if (screen.failed) continue;
-        renderer.openView(rect(box), camera, sky[theme]);
-        renderer.drawObjects({edges: this.edges});
-        screen.shownCamera = camera;
-      }
-      const marked = passes.filter(({screen}) => !screen.failed);
-      const drawThrough = (poses, colours, shown, alpha, over) => {
-        renderer.upload(poses, colours, shown);
-        for (const {camera, box} of marked) {
-          renderer.resumeView(rect(box), camera);
-          renderer.drawObjects({alpha, over});
-        }
-      };
-      // Merged objects are translucent, so that one sees the one in the other.
-      if (merged.size) drawThrough(method.poses, this.base.map(own => rgba(mix(own, colour.merged, 0.8))), scene.objects.map((_, i) => merged.has(i)), 0.62, false);
-      // Over all: what is commanded lies inside of what stopped it.
-      // Fainter where it is close: a command is mostly a few millimetres ahead, and the arm's own colours shall be seen.
-      if (ghosts?.shown.some(Boolean))
-        drawThrough(frame.commanded.poses, this.base.map(() => rgba(colour.commanded)), ghosts.shown, 0.08 + 0.22 * Math.min(1, ghosts.farthest / 0.1), true);
-      for (const {camera, box, screen} of marked) {
-        const size = screen.main ? 0.05 * length(subtract(camera.position, this.focus || [0, 0, 0])) : 0.15;
-        renderer.setMarks(marksOf(frame, method, {distances: this.distances && screen.main, path: this.path, size}));
-        renderer.resumeView(rect(box), camera);
-        renderer.drawMarks();
-      }
+  // Where the screens lie on the canvas, within their borders. Asked for when they were laid anew: each time would cost a layout.
+  measure(screens) {
+    this.isMeasured = true;
+    const canvas = this.renderer.canvas.getBoundingClientRect();
+    this.size = {width: canvas.width, height: canvas.height};
+    for (const screen of screens) {
+      const box = screen.element.getBoundingClientRect(), {clientLeft, clientTop, clientWidth, clientHeight} = screen.element;
+      screen.outer = {left: box.left - canvas.left, top: box.top - canvas.top, width: box.width, height: box.height};
+      screen.box = {left: screen.outer.left + clientLeft, top: screen.outer.top + clientTop, width: clientWidth, height: clientHeight};
     }
+  }
+
+  // The screens that this picture shows anew: the main ones, and of the others as many as there is time for, each in its turn. Those
+  // that show less than the newest frame are `stale`, and are all that is drawn where nothing has changed.
+  choose(screens, all, hasChanged) {
+    const others = screens.filter(screen => !screen.main), {cctv, every} = this.pace.level;
+    if (all || (hasChanged && cctv >= others.length)) {
+      this.stale.clear();
+      return screens;
+    }
+    if (hasChanged) for (const screen of others) this.stale.add(screen);
+    const first = this.next % Math.max(1, others.length), isDue = !hasChanged || ++this.turn % every === 0;
+    const chosen = isDue ? [...others.slice(first), ...others.slice(0, first)].filter(screen => this.stale.has(screen)).slice(0, cctv) : [];
+    if (chosen.length) this.next = others.indexOf(chosen.at(-1)) + 1;
+    for (const screen of chosen) this.stale.delete(screen);
+    return screens.filter(screen => (hasChanged && screen.main) || chosen.includes(screen));
+  }
+
+  // `hasChanged`: the frame does not look as what is on the screen.
+  draw(frame, screens, theme, hasChanged = true) {
+    const {renderer} = this;
+    if (!this.isMeasured) {
+      this.measure(screens);
+      renderer.blank = true;
+    }
+    renderer.detail = this.pace.pixels;
+    const blank = renderer.resize(this.size) || theme !== this.theme;
+    this.theme = theme;
+    if (blank) renderer.fill({left: 0, top: 0, ...this.size}, bezel[theme]);
+    const shown = this.choose(screens, blank, hasChanged);
+    for (const screen of shown)
+      if (!frame.methods.some(method => method.index === screen.method)) renderer.fill(screen.outer, bezel[theme]);
+    // By method, so that a method's poses are uploaded once however many cameras look at it.
+    for (const method of frame.methods) this.drawMethod(frame, method, shown.filter(screen => screen.method === method.index && screen.box.width > 0));
+  }
+
+  drawMethod(frame, method, screens) {
+    const {renderer, scene, theme} = this, seen = screens.filter(screen => !screen.failed), {level} = this.pace;
+    if (!seen.length) return;
+    // What is merged is left out, to be drawn translucent.
+    const merged = mergedObjects(scene, method);
+    renderer.upload(method.poses, frameColours(this.base, method), merged.size ? scene.objects.map((_, i) => !merged.has(i)) : null);
+    for (const screen of seen) {
+      screen.shownCamera = screen.camera(method.poses);
+      renderer.fill(screen.outer, border[merged.size ? 'merged' : theme]);
+      renderer.openView(screen.box, screen.shownCamera, sky[theme]);
+      renderer.drawObjects({edges: this.edges && level.edges});
+    }
+    // Merged objects are translucent, so that one sees the one in the other.
+    const reddish = this.base.map(own => rgba(mix(own, colour.merged, 0.8)));
+    if (merged.size) this.drawThrough(seen, method.poses, reddish, scene.objects.map((_, i) => merged.has(i)), 0.62, false);
+    this.drawCommanded(frame, method, seen);
+    for (const screen of seen) {
+      const size = screen.main ? 0.05 * length(subtract(screen.shownCamera.position, this.focus || [0, 0, 0])) : 0.15;
+      renderer.setMarks(marksOf(frame, method, {distances: this.distances && screen.main, path: this.path, size}));
+      renderer.resumeView(screen.box, screen.shownCamera);
+      renderer.drawMarks();
+    }
+  }
+
+  drawThrough(screens, poses, colours, shown, alpha, over) {
+    const edges = this.pace.level.edges;
+    this.renderer.upload(poses, colours, shown);
+    for (const screen of screens) {
+      this.renderer.resumeView(screen.box, screen.shownCamera);
+      this.renderer.drawObjects({alpha, over, edges});
+    }
+  }
+
+  // The commanded pose, of ours. Over all: what is commanded lies inside of what stopped it. Fainter where it is close: a command is
+  // mostly a few millimetres ahead, and the arm's own colours shall be seen.
+  drawCommanded(frame, method, screens) {
+    if (!this.ghost || method !== frame.methods[frame.methods.length - 1]) return;
+    const {shown, farthest} = lagging(method.poses, frame.commanded.poses, this.scene.objects.length);
+    if (!shown.some(Boolean)) return;
+    const wanted = this.pace.level.edges ? screens : screens.filter(screen => screen.main);
+    const alpha = 0.08 + 0.22 * Math.min(1, farthest / 0.1);
+    this.drawThrough(wanted, frame.commanded.poses, this.base.map(() => rgba(colour.commanded)), shown, alpha, true);
+  }
+
+  // Draws with each program and state once, on one pixel: drivers compile at the first use, which would be in the middle of a flight.
+  warmUp() {
+    const {renderer} = this, corner = {left: 0, top: 0, width: 1, height: 1};
+    const solid = [0, 1, 2, 3, 4, 5, 6, 7].flatMap(i => [i >> 2 & 1, i >> 1 & 1, i & 1]);
+    renderer.resize({width: 8, height: 8});
+    renderer.setObjects([{solids: [solid]}]);
+    renderer.upload([0, 0, -3, 0, 0, 0, 1, 0], [[0, 0, 0, 1]], null);
+    renderer.openView(corner, {position: [0, 0, 0], rotation: [0, 0, 0, 1], fov: 1}, [0, 0, 0]);
+    for (const how of [{}, {edges: false}, {alpha: 0.5}, {alpha: 0.5, over: true}]) renderer.drawObjects(how);
+    renderer.setMarks([{from: [0, 0, -2], width: 2, colour: [0, 0, 0, 1]}]);
+    renderer.drawMarks();
+    renderer.blank = true;
   }
 
   // The object under a point of a screen [CSS px in the window], or -1.
   pick(screen, x, y, poses) {
-    const box = screen.element.getBoundingClientRect(), camera = screen.shownCamera;
+    const outer = screen.element.getBoundingClientRect(), {box} = screen, camera = screen.shownCamera;
     if (!camera) return -1;
+    const left = outer.left + box.left - screen.outer.left, top = outer.top + box.top - screen.outer.top;
     const f = Math.tan(camera.fov / 2), aspect = box.width / box.height;
-    const ray = [(2 * (x - box.left) / box.width - 1) * f * aspect, (1 - 2 * (y - box.top) / box.height) * f, -1];
+    const ray = [(2 * (x - left) / box.width - 1) * f * aspect, (1 - 2 * (y - top) / box.height) * f, -1];
     return this.renderer.pick(camera.position, turn(camera.rotation, ray), poses).index;
   }
 
-  // Where p_W lies on a screen [px from its corner], or null.
+  // Where p_W lies on a screen [px from the canvas's corner], or null.
   place(screen, p_W) {
-    const {offsetWidth: width, offsetHeight: height} = screen.element;
+    const {left, top, width, height} = screen.box || {};
     const at = screen.shownCamera && project(p_W, screen.shownCamera, width / height);
-    return at && Math.abs(at[0]) < 1 && Math.abs(at[1]) < 1 ? [(at[0] + 1) / 2 * width, (1 - at[1]) / 2 * height] : null;
+    return at && Math.abs(at[0]) < 1 && Math.abs(at[1]) < 1 ? [left + (at[0] + 1) / 2 * width, top + (1 - at[1]) / 2 * height] : null;
   }
 }

@@ -4,7 +4,7 @@ import {get, say, blockedBy, cueOf} from './panels.js';
 import {parts, station, oursOf} from './state.js';
 import {showLine} from './looking_back.js';
 
-// The light and the tone follow each frame; the read-outs at most ten times a second, so that they can be read.
+// The light and the tone follow each frame; the read-outs at most ten times a second, so that they can be read, and less often where time is short.
 export function showCue(frame) {
   const method = frame.methods.find(one => one.index === station.shown) || oursOf(frame);
   const [cue, nearness] = station.looking ? ['clear', 0] : cueOf(frame, method);
@@ -15,7 +15,7 @@ export function showCue(frame) {
 }
 
 export function showPanels(now) {
-  if (now - (station.panelsAt || 0) < 100 || !station.frame) return;
+  if (now - (station.panelsAt || 0) < 1000 / parts.pace.level.readOuts || !station.frame) return;
   station.panelsAt = now;
   const frame = station.frame, method = frame.methods.find(one => one.index === station.shown) || oursOf(frame);
   parts.panels.showMethods(frame, station.shown, station.sideBySide);
@@ -26,6 +26,7 @@ export function showPanels(now) {
     station.latencyAt = now;
     parts.panels.showLatency(parts.latency, station.stages);
     const [fps, age] = [station.intervals, station.ages].map(list => list.reduce((a, b) => a + b, 0) / Math.max(1, list.length));
+    say(get('drawn-for-speed'), parts.pace.says);
     say(get('counts'), `${fps > 0 ? (1000 / fps).toFixed(0) : '–'} pictures a second, ${age > 0 ? (age / 1000).toFixed(0) : '–'} ms old when drawn; ` +
       `frames left out for newer ones: ${frame.overwritten + parts.link.undrawn}; deadlines missed: ${frame.missed}` +
       (parts.hand.padName ? `; gamepad: ${parts.hand.padName.slice(0, 24)}` : ''));

@@ -2,12 +2,13 @@
 // the commanded poses, thick lines and points for contacts. All solids lie in one vertex buffer, eight vertices each; their objects' poses and
 // colours lie in a texture, so that a view of any number of moving objects is one call a pass, and a frame uploads poses alone.
 
-import {turn, rayTriangle, subtract, add, conjugate, viewMatrix, projectionMatrix} from './algebra.js';
+import {turn, rayTriangle, subtract, add, conjugate, unit, viewMatrix, projectionMatrix} from './algebra.js';
 
 // As Hexahedron::kFaceVertices and kEdgeVertices: vertex i has bits (x y z), faces counter-clockwise from outside.
 const faceVertices = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
 const edgeVertices = [[0, 4], [1, 5], [2, 6], [3, 7], [0, 2], [1, 3], [4, 6], [5, 7], [0, 1], [2, 3], [4, 5], [6, 7]];
 
+const facesOfSolid = 36, edgesOfSolid = 24;  // indices
 const texelsOfObject = 3;  // position and quaternion x; y, z, w and whether shown; colour
 
 const objectShader = `#version 300 es
@@ -19,7 +20,7 @@ uniform float towardsEye;
 in vec3 position;
 in float object;
 out vec3 inCamera;
-out vec4 colour;
+flat out vec4 colour;
 void main() {
   int row = int(object);
   vec4 a = texelFetch(objects, ivec2(0, row), 0), b = texelFetch(objects, ivec2(1, row), 0);
@@ -36,14 +37,12 @@ void main() {
 const faceShader = `#version 300 es
 precision highp float;
 uniform float alpha;
-uniform mat4 view;
+uniform vec3 sun, sky;
 in vec3 inCamera;
-in vec4 colour;
+flat in vec4 colour;
 out vec4 shown;
 void main() {
   vec3 n = normalize(cross(dFdx(inCamera), dFdy(inCamera)));
-  vec3 sun = normalize(mat3(view) * vec3(0.35, -0.5, 0.8));
-  vec3 sky = normalize(mat3(view) * vec3(0.0, 0.0, 1.0));
   float light = 0.42 + 0.42 * max(dot(n, sun), 0.0) + 0.16 * (0.5 + 0.5 * dot(n, sky));
   shown = vec4(colour.rgb * light, colour.a * alpha);
 }`;
@@ -52,7 +51,7 @@ const edgeShader = `#version 300 es
 precision highp float;
 uniform float alpha;
 in vec3 inCamera;
-in vec4 colour;
+flat in vec4 colour;
 out vec4 shown;
 void main() { shown = vec4(colour.rgb * 0.45, alpha); }`;
 
@@ -95,6 +94,9 @@ void main() {
   shown = at.z > 0.5 && dot(at.xy, at.xy) > 0.55 ? vec4(0.0, 0.0, 0.0, colour.a) : colour;
 }`;
 
+// Where the light comes from, in the world.
+const sunFrom = unit([0.35, -0.5, 0.8]), skyFrom = [0, 0, 1];
+
 function build(gl, vertex, fragment) {
   const program = gl.createProgram();
   for (const [type, source] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
@@ -133,20 +135,36 @@ function layOut(gl, {program}, buffer, attributes, indices = null) {
   return array;
 }
 
+// Solids one behind the other that belong to objects which are shown: [first, count] each. `ends`: by object, the solid after its last.
+// Where they would be many calls, all solids are one: what is not shown is thrown out vertex by vertex.
+export function runsOf(ends, shown, most = 16) {
+  const all = [[0, ends.at(-1) ?? 0]];
+  if (!shown) return all;
+  const runs = [];
+  ends.forEach((end, i) => {
+    const first = i ? ends[i - 1] : 0, last = runs.at(-1);
+    if (!shown[i]) return;
+    if (last && last[0] + last[1] === first) last[1] += end - first;
+    else runs.push([first, end - first]);
+  });
+  return runs.length > most ? all : runs;
+}
+
 export class Renderer {
   // @throws Error where the browser has no WebGL2.
   constructor(canvas) {
     this.canvas = canvas;
     // Where drawing is by software, smoothing takes longer than all else.
     this.software = !document.createElement('canvas').getContext('webgl2', {failIfMajorPerformanceCaveat: true});
-    this.gl = canvas.getContext('webgl2', {antialias: !this.software, alpha: false, powerPreference: 'high-performance'});
+    // Kept from picture to picture: not every screen is drawn in each.
+    this.gl = canvas.getContext('webgl2', {antialias: !this.software, alpha: false, preserveDrawingBuffer: true, powerPreference: 'high-performance'});
     if (!this.gl) throw new Error('this browser has no WebGL2');
     this.objects = [];
-    this.marks = [];
     this.prepare();
     canvas.addEventListener('webglcontextlost', event => { event.preventDefault(); this.lost = true; });
     canvas.addEventListener('webglcontextrestored', () => {
       this.lost = false;
+      this.blank = true;
       this.prepare();
       this.setObjects(this.objects);
     });
@@ -185,7 +203,8 @@ export class Renderer {
     }));
     const gl = this.gl;
     this.faceCount = faces.length;
-    this.edgeCount = edges.length;
+    let end = 0;
+    this.ends = objects.map(object => end += object.solids.length);
     gl.bindVertexArray(null);
     gl.bindBuffer(gl.ARRAY_BUFFER, this.vertexBuffer);
     gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(vertices), gl.STATIC_DRAW);
@@ -199,6 +218,7 @@ export class Renderer {
   // Poses: 8 numbers an object, as frames carry them (position, quaternion x y z w, flags). Colours: [r, g, b, a] each. `shown`, optional: which.
   upload(poses, colours, shown) {
     const gl = this.gl, table = this.table;
+    this.runs = runsOf(this.ends, shown);
     for (let i = 0; i < this.objects.length; ++i) {
       const row = 4 * texelsOfObject * i;
       for (let k = 0; k < 7; ++k) table[row + k] = poses[8 * i + k];
@@ -222,24 +242,31 @@ export class Renderer {
     this.gl.bufferData(this.gl.ARRAY_BUFFER, data, this.gl.DYNAMIC_DRAW);
   }
 
-  resize() {
-    const ratio = Math.min(window.devicePixelRatio || 1, 2) * (this.detail || 1), {clientWidth, clientHeight} = this.canvas;
-    const width = Math.max(1, Math.round(clientWidth * ratio)), height = Math.max(1, Math.round(clientHeight * ratio));
-    if (this.canvas.width !== width || this.canvas.height !== height) Object.assign(this.canvas, {width, height});
+  // @param size {width, height} of the canvas [CSS px]. @return whether the canvas is blank: all views are to be drawn.
+  resize(size) {
+    const ratio = Math.min(window.devicePixelRatio || 1, 2) * (this.detail || 1);
+    const width = Math.max(1, Math.round(size.width * ratio)), height = Math.max(1, Math.round(size.height * ratio));
+    const blank = Boolean(this.blank) || this.canvas.width !== width || this.canvas.height !== height;
+    if (blank) Object.assign(this.canvas, {width, height});
     this.ratio = ratio;
+    this.blank = false;
+    return blank;
   }
 
-  // Clears all, to draw views on.
-  begin(background) {
-    this.resize();
+  // Of `rect` {left, top, width, height} [CSS px, from the canvas's upper left corner], in the canvas's own pixels.
+  place(rect) {
+    const r = this.ratio, left = Math.round(rect.left * r), bottom = Math.round((rect.top + rect.height) * r);
+    return [left, this.canvas.height - bottom, Math.round((rect.left + rect.width) * r) - left, bottom - Math.round(rect.top * r)];
+  }
+
+  fill(rect, colour) {
     const gl = this.gl;
-    gl.viewport(0, 0, this.canvas.width, this.canvas.height);
-    gl.scissor(0, 0, this.canvas.width, this.canvas.height);
-    gl.clearColor(...background, 1);
-    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    gl.scissor(...this.place(rect));
+    gl.clearColor(...colour, 1);
+    gl.clear(gl.COLOR_BUFFER_BIT);
   }
 
-  // A view on `rect` {left, top, width, height} [CSS px, from the canvas's upper left corner].
+  // A view on `rect`.
   openView(rect, camera, background) {
     const gl = this.gl;
     this.resumeView(rect, camera);
@@ -249,14 +276,29 @@ export class Renderer {
 
   // The same view again, over what it shows.
   resumeView(rect, camera) {
-    const gl = this.gl, r = this.ratio;
-    const x = Math.round(rect.left * r), y = Math.round(this.canvas.height - (rect.top + rect.height) * r);
-    const width = Math.round(rect.width * r), height = Math.round(rect.height * r);
-    gl.viewport(x, y, width, height);
-    gl.scissor(x, y, width, height);
+    const gl = this.gl, place = this.place(rect);
+    gl.viewport(...place);
+    gl.scissor(...place);
     this.view = viewMatrix(camera);
-    this.projection = projectionMatrix(camera.fov, width / Math.max(1, height), camera.near || 0.05, camera.far || 400);
+    this.projection = projectionMatrix(camera.fov, place[2] / Math.max(1, place[3]), camera.near || 0.05, camera.far || 400);
+    this.light = [sunFrom, skyFrom].map(from => turn(conjugate(camera.rotation), from));
     this.pixels = [rect.width / 2, rect.height / 2];
+  }
+
+  // Of what was drawn so far: its end is told by hasFinished(), in a later turn.
+  mark() {
+    const sync = this.gl.fenceSync(this.gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    this.gl.flush();
+    return sync;
+  }
+
+  // A mark is asked until it has; a context that was lost has.
+  hasFinished(sync) {
+    const gl = this.gl;
+    if (!sync || gl.isContextLost()) return true;
+    if (gl.getSyncParameter(sync, gl.SYNC_STATUS) !== gl.SIGNALED) return false;
+    gl.deleteSync(sync);
+    return true;
   }
 
   use(which) {
@@ -278,14 +320,16 @@ export class Renderer {
     this.use(this.faces);
     gl.uniform1f(this.faces.uniforms.alpha, alpha);
     gl.uniform1f(this.faces.uniforms.towardsEye, 0);
+    gl.uniform3fv(this.faces.uniforms.sun, this.light[0]);
+    gl.uniform3fv(this.faces.uniforms.sky, this.light[1]);
     gl.bindVertexArray(this.faceArray);
-    gl.drawElements(gl.TRIANGLES, this.faceCount, gl.UNSIGNED_INT, 0);
+    for (const [first, count] of this.runs) gl.drawElements(gl.TRIANGLES, facesOfSolid * count, gl.UNSIGNED_INT, 4 * facesOfSolid * first);
     if (edges) {
       this.use(this.edges);
       gl.uniform1f(this.edges.uniforms.alpha, ghost ? Math.min(1, alpha + 0.25) : 1);
       gl.uniform1f(this.edges.uniforms.towardsEye, 0.001);
       gl.bindVertexArray(this.edgeArray);
-      gl.drawElements(gl.LINES, this.edgeCount, gl.UNSIGNED_INT, 0);
+      for (const [first, count] of this.runs) gl.drawElements(gl.LINES, edgesOfSolid * count, gl.UNSIGNED_INT, 4 * edgesOfSolid * first);
     }
     gl.disable(gl.BLEND);
     gl.enable(gl.DEPTH_TEST);

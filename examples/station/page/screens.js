@@ -75,6 +75,8 @@ export function layScreens() {
   station.mounted.slice(0, small).forEach(mounted => makeScreen(get('cctv'), mounted.described.name,
     {method: station.shown, mounted, camera: poses => mounted.at(poses)}));
   get('screens').classList.toggle('no-cctv', station.sideBySide || !get('show-cctv').checked || !scene.cameras.length);
+  parts.picture.isMeasured = false;
+  parts.picture.stale.clear();
   showFailedCameras();
   redraw();
 }

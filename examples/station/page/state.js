@@ -7,13 +7,13 @@ import {Latency} from './latency.js';
 import {Timeline} from './timeline.js';
 
 export const station = {hello: null, scene: null, state: {}, frame: null, shown: 3, sideBySide: false, selected: -1, stages: null,
-  screens: [], orbit: new Orbit(), mounted: [], mainCamera: -1, drawn: 0, broken: 0, ages: [], intervals: []};
+  screens: [], orbit: new Orbit(), mounted: [], mainCamera: -1, drawn: 0, broken: 0, ages: [], intervals: [], pending: []};
 // The station's last messages, whatever is shown: `station` has hello, scene and flight of what is, which may be looked back at.
 export const live = {hello: null, scene: null, flight: new Timeline(), faults: []};
 station.flight = live.flight;
 
-// `link`, `hand`, `renderer` and `picture` come with the page: station.js.
-export const parts = {panels: new Panels(), sound: new Sound(), latency: new Latency(), link: null, hand: null, renderer: null, picture: null};
+// `link`, `hand`, `renderer`, `pace` and `picture` come with the page: station.js.
+export const parts = {panels: new Panels(), sound: new Sound(), latency: new Latency(), link: null, hand: null, renderer: null, pace: null, picture: null};
 
 export const showsLive = () => station.scene === live.scene;
 

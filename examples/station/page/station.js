@@ -5,6 +5,7 @@ import {Link} from './link.js';
 import {Hand} from './hand.js';
 import {Renderer} from './renderer.js';
 import {Picture} from './picture.js';
+import {Pace} from './pace.js';
 import {get, say} from './panels.js';
 import {parts, station, live, theme, trouble, redraw} from './state.js';
 import {layScreens} from './screens.js';
@@ -45,12 +46,17 @@ function bindPage() {
   get('start-compare').onclick = () => { get('help').close(); if (!station.sideBySide) command('compare'); if (!station.assisting) command('assist'); };
   get('debrief-close').onclick = () => { get('debrief').close(); };
   matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => { setTheme(); redraw(); });
-  new ResizeObserver(redraw).observe(get('screens'));
+  new ResizeObserver(layAnew).observe(get('screens'));
+}
+
+function layAnew() {
+  parts.picture.isMeasured = false;
+  redraw();
 }
 
 function setTheme() {
   document.documentElement.dataset.theme = theme();
-  parts.renderer.detail = get('detail').value === 'auto' ? parts.renderer.detail || (parts.renderer.software ? 0.6 : 1) : Number(get('detail').value);
+  parts.pace.fix(get('detail').value === 'auto' ? null : Number(get('detail').value));
 }
 
 function connect() {
@@ -61,7 +67,7 @@ function connect() {
     get('link').dataset.open = String(open);
     say(get('link-text'), open ? 'connected' : 'connection lost: trying again');
     if (!open) { parts.sound.set('clear'); parts.hand.letGo(); }
-    Object.assign(station, {lastInput: null, numberDrawn: 0, pending: null});
+    Object.assign(station, {lastInput: null, numberDrawn: 0, pending: []});
   });
 }
 
@@ -71,7 +77,9 @@ function start() {
   } catch (fault) {
     return trouble(`No pictures: ${fault.message}. Chromium and Firefox have it; in a machine without a graphics card start Chromium with --enable-unsafe-swiftshader.`);
   }
-  parts.picture = new Picture(parts.renderer);
+  parts.pace = new Pace(parts.renderer.software);
+  parts.picture = new Picture(parts.renderer, parts.pace);
+  parts.picture.warmUp();
   parts.hand = new Hand(keys, command, sendHand);
   setTheme();
   bindPage();
@@ -88,5 +96,5 @@ function start() {
 
 // For tests and for the curious: everything at hand in the console.
 window.touchstoneStation = {station, live, latency: parts.latency, sound: parts.sound, get timeline() { return station.flight; },
-  get link() { return parts.link; }, get hand() { return parts.hand; }, get renderer() { return parts.renderer; }, get picture() { return parts.picture; }};
+  get link() { return parts.link; }, get hand() { return parts.hand; }, get renderer() { return parts.renderer; }, get picture() { return parts.picture; }, get pace() { return parts.pace; }};
 start();

@@ -1,0 +1,70 @@
+// How much is drawn of a picture: less where drawing takes longer than its budget, more again where there is time.
+
+// From drawing to its end, as the page's turns tell it [ms]: a third of the 150 ms from hand to picture. The station's step, the hand's
+// own timer and a turn of the page that has to be waited for need the rest.
+export const budget = 50;
+const spare = 30;  // below this there is time for more [ms]
+const judged = 12, late = 3;  // of so many pictures so many late: less
+const calm = 4000, mostCalm = 64000;  // no picture above `spare` for so long: more; twice as long where that was too much [ms]
+
+// From all to least. `pixels`: share of the screen's, each way. `cctv`: so many of its pictures are drawn anew at a time, once in
+// `every` pictures. `apart`: of pictures [ms]; fewer leave a busy processor to the station, and each comes sooner. `readOuts`: of the
+// panels, a second.
+export const levels = [
+  {pixels: 1, cctv: Infinity, every: 1, edges: true, apart: 0, readOuts: 10},
+  {pixels: 0.75, cctv: Infinity, every: 1, edges: true, apart: 0, readOuts: 10},
+  {pixels: 0.75, cctv: 1, every: 1, edges: true, apart: 0, readOuts: 10},
+  {pixels: 0.5, cctv: 1, every: 1, edges: true, apart: 0, readOuts: 5},
+  {pixels: 0.5, cctv: 1, every: 3, edges: false, apart: 30, readOuts: 5},
+  {pixels: 0.35, cctv: 1, every: 6, edges: false, apart: 30, readOuts: 3},
+  {pixels: 0.25, cctv: 1, every: 12, edges: false, apart: 30, readOuts: 2}];
+export const softwareStarts = 2;
+
+export class Pace {
+  // `software`: no graphics card draws.
+  constructor(software = false) {
+    Object.assign(this, {at: software ? softwareStarts : 0, fixed: null, times: [], calmSince: null, wait: calm, raisedAt: -Infinity});
+  }
+
+  // `pixels`: null, or a share that was chosen: then nothing else is left out.
+  fix(pixels) {
+    this.fixed = pixels;
+  }
+
+  get level() { return levels[this.fixed ? 0 : this.at]; }
+  get pixels() { return this.fixed ?? this.level.pixels; }
+
+  // A picture that ended `now` took `took` [ms].
+  add(took, now) {
+    if (this.fixed) return;
+    this.times.push(took);
+    if (this.times.length > judged) this.times.shift();
+    if (this.calmSince === null || took > spare) this.calmSince = now;
+    if (this.times.filter(time => time > budget).length >= late) this.lower(now);
+    else if (now - this.calmSince >= this.wait) this.raise(now);
+  }
+
+  lower(now) {
+    // What turned out to be too much is tried again later.
+    if (now - this.raisedAt < 2 * this.wait) this.wait = Math.min(mostCalm, 2 * this.wait);
+    this.at = Math.min(levels.length - 1, this.at + 1);
+    Object.assign(this, {times: [], calmSince: now});
+  }
+
+  raise(now) {
+    if (now - this.raisedAt > 4 * this.wait) this.wait = calm;  // the last one held
+    if (this.at > 0) this.raisedAt = now;
+    this.at = Math.max(0, this.at - 1);
+    Object.assign(this, {times: [], calmSince: now});
+  }
+
+  // What is left out, in words; empty: nothing.
+  get says() {
+    if (this.fixed) return this.fixed < 1 ? `drawn with ${this.fixed} of the pixels each way, as chosen` : '';
+    const {pixels, cctv, every, edges, apart} = this.level;
+    const said = [pixels < 1 && `${Math.round(100 * pixels)} % of the pixels each way`,
+      cctv === 1 && (every > 1 ? `one CCTV picture in every ${every}` : 'one CCTV picture at a time'), !edges && 'no edges',
+      apart > 0 && `at most ${Math.round(1000 / apart)} pictures a second`].filter(Boolean).join(', ');
+    return said && `drawn for speed with ${said}`;
+  }
+}

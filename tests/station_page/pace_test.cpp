@@ -1,0 +1,124 @@
+// A page that draws no more than there is time for.
+#include "touchstone/tests/station_page/station_page_test.hpp"
+
+namespace touchstone::station {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+/// Pictures of so many milliseconds each, one a `period`, from `window.now` on.
+constexpr const char* kDraw =
+    "window.draw = (pace, count, took, period = 20) => { for (let i = 0; i < count; ++i) pace.add(took, "
+    "window.now = (window.now ?? 0) + period); return pace.at; }";
+
+class StationPace : public StationPage {
+ protected:
+  void SetUp() override {
+    StationPage::SetUp();
+    if (browser_ == nullptr) return;
+    open();
+    value(std::string("(async () => { Object.assign(window, await import('/pace.js')); ") + kDraw +
+          "; window.pace = new Pace(); })()");
+  }
+};
+
+TEST_F(StationPace, DrawsLessWherePicturesAreLateAndNoLessThanThereIs) {
+  EXPECT_EQ(value("draw(pace, 100, budget)"), 0) << "within the budget";
+  EXPECT_EQ(value("draw(pace, 2, budget + 1)"), 0) << "two late ones are chance";
+  EXPECT_EQ(value("draw(pace, 1, budget + 1)"), 1);
+  EXPECT_EQ(value("pace.pixels"), 0.75);
+  EXPECT_EQ(value("draw(pace, 300, 200)"), value("levels.length - 1"));
+  EXPECT_EQ(value("draw(pace, 300, 200)"), value("levels.length - 1"));
+  EXPECT_EQ(value("new Pace(true).at > 0"), true) << "software is known to be slow";
+}
+
+TEST_F(StationPace, DrawsMoreAgainWhereThereIsTimeAndWaitsLongerWhereThatWasTooMuch) {
+  value("draw(pace, 6, 200)");
+  ASSERT_EQ(value("pace.at"), 2);
+  EXPECT_EQ(value("draw(pace, 1000, budget - 1)"), 2) << "in time, but with none to spare";
+  EXPECT_EQ(value("draw(pace, 199, 10)"), 2) << "for less than 4 s";
+  EXPECT_EQ(value("draw(pace, 2, 10)"), 1);
+  // That was too much: 8 s then, and after another time 16 s.
+  ASSERT_EQ(value("draw(pace, 3, 200)"), 2);
+  EXPECT_EQ(value("draw(pace, 399, 10)"), 2);
+  EXPECT_EQ(value("draw(pace, 2, 10)"), 1);
+  ASSERT_EQ(value("draw(pace, 3, 200)"), 2);
+  EXPECT_EQ(value("draw(pace, 799, 10)"), 2);
+  EXPECT_EQ(value("draw(pace, 2, 10)"), 1);
+  EXPECT_EQ(value("draw(pace, 10000, 10)"), 0) << "and all in the end";
+}
+
+TEST_F(StationPace, SaysWhatItLeavesOut) {
+  EXPECT_EQ(value("pace.says"), "");
+  EXPECT_EQ(value("pace.at = 2; pace.says"),
+            "drawn for speed with 75 % of the pixels each way, one CCTV picture at a time");
+  EXPECT_THAT(value("pace.at = levels.length - 1; pace.says").get<std::string>(), HasSubstr("no edges"));
+  // What is chosen by hand stays, however long pictures take.
+  value("pace.fix(0.5); draw(pace, 100, 500)");
+  EXPECT_EQ(value("[pace.pixels, pace.level.cctv > 4, pace.level.edges]"), nlohmann::json({0.5, true, true}));
+  EXPECT_EQ(value("pace.says"), "drawn with 0.5 of the pixels each way, as chosen");
+}
+
+TEST_F(StationPace, APageThatIsSlowToDrawLowersAndNeverQueues) {
+  // Each drawing is said to end 120 ms after it was ordered.
+  value(R"((() => {
+    const {renderer, station} = touchstoneStation, ended = renderer.hasFinished.bind(renderer), ordered = new Map();
+    window.queued = 0;
+    renderer.hasFinished = mark => {
+      if (!mark) return true;
+      if (!ordered.has(mark)) ordered.set(mark, performance.now());
+      window.queued = Math.max(window.queued, station.pending.length);
+      return performance.now() - ordered.get(mark) > 120 && ended(mark);
+    };
+  })())");
+  const int from = value("touchstoneStation.pace.at"),
+            width = value("touchstoneStation.renderer.canvas.width");
+  value("fake.sockets[0].wander = setInterval(() => { fake.sockets[0].x[3] += 1e-4; }, 20)");
+  EXPECT_TRUE(becomes_true("touchstoneStation.pace.at > " + std::to_string(from)));
+  EXPECT_TRUE(
+      becomes_true("document.getElementById('drawn-for-speed').textContent.includes('drawn for speed')"));
+  EXPECT_TRUE(becomes_true("touchstoneStation.renderer.canvas.width < " + std::to_string(width)));
+  EXPECT_LE(value("window.queued").get<int>(), 2);
+  EXPECT_GT(value("window.queued").get<int>(), 0);
+}
+
+TEST_F(StationPace, CctvPicturesThatWaitForTheirTurnComeToTheNewestFrameAll) {
+  // Levels change by no measure of this machine's.
+  value("(() => { const {pace} = touchstoneStation; pace.at = 4; pace.add = () => {}; })()");
+  browser_->press("KeyW");
+  ASSERT_TRUE(becomes_true("touchstoneStation.picture.stale.size > 0"));
+  ASSERT_TRUE(becomes_true("seen.tip(3) > -0.5"));
+  browser_->press("KeyW", false);
+  ASSERT_TRUE(becomes_true("touchstoneStation.picture.stale.size === 0"));
+  // The same pixels as all drawn anew; the main camera has come to rest.
+  ASSERT_TRUE(
+      becomes_true("(() => { const {drawn} = touchstoneStation.station, quiet = drawn === window.last; "
+                   "window.last = drawn; return quiet; })()"));
+  const nlohmann::json differing = value(R"((() => {
+    const {station, picture, renderer: {gl, canvas}} = touchstoneStation;
+    const read = () => { const all = new Uint8Array(4 * canvas.width * canvas.height); gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, all); return all; };
+    const kept = read();
+    picture.isMeasured = false;
+    picture.draw(station.frame, station.screens, picture.theme);
+    const anew = read();
+    return [anew.filter((byte, i) => byte !== kept[i]).length, new Set(anew).size];
+  })())");
+  EXPECT_EQ(differing[0], 0) << "bytes of a kept picture differ";
+  EXPECT_GT(differing[1].get<int>(), 20) << "there is a picture";
+}
+
+TEST_F(StationPace, SolidsOfWhatIsNotShownAreLeftOutOfTheCalls) {
+  value("(async () => { Object.assign(window, await import('/renderer.js')); })()");
+  // Four objects of 2, 1, 3 and 1 solids.
+  EXPECT_EQ(value("runsOf([2, 3, 6, 7], null)"), nlohmann::json::parse("[[0, 7]]"));
+  EXPECT_EQ(value("runsOf([2, 3, 6, 7], [false, true, true, false])"), nlohmann::json::parse("[[2, 4]]"));
+  EXPECT_EQ(value("runsOf([2, 3, 6, 7], [true, false, false, true])"),
+            nlohmann::json::parse("[[0, 2], [6, 1]]"));
+  EXPECT_EQ(value("runsOf([2, 3, 6, 7], [true, false, false, true], 1)"), nlohmann::json::parse("[[0, 7]]"));
+  EXPECT_EQ(value("runsOf([2, 3, 6, 7], [false, false, false, false])"), nlohmann::json::array());
+  EXPECT_EQ(value("runsOf([], null)"), nlohmann::json::parse("[[0, 0]]"));
+}
+
+}  // namespace
+}  // namespace touchstone::station
