@@ -124,6 +124,16 @@ TEST(StationExperiment, OursShowsNoMergedFrameWhereNoCheckAndFigure1Merge) {
   EXPECT_EQ(ours.merged, 0U);
 }
 
+TEST(StationExperiment, AnElbowOutOfThePictureMergesWithinTenSeconds) {
+  const StationScenes scenes = bundled({"elbow_over_lab"});
+  // The hand goes ahead, down beside the Lab's end, as who opens the scene and holds the first key.
+  const JudgeFigures judged = judged_after(scenes, ahead(1.0), 500);
+  EXPECT_GT(judged.methods[0].merged, 250U);
+  EXPECT_GT(judged.methods[1].merged, 250U);
+  EXPECT_GT(judged.methods[1].depth_worst, 0.005);
+  EXPECT_EQ(judged.methods[3].merged, 0U);
+}
+
 TEST(StationExperiment, MethodsThatAreSwitchedOffAreNotFlown) {
   const StationScenes scenes = bundled({"grapple"});
   Session session(scenes, 0);
