@@ -108,6 +108,18 @@ TEST_F(StationPace, CctvPicturesThatWaitForTheirTurnComeToTheNewestFrameAll) {
   EXPECT_GT(differing[1].get<int>(), 20) << "there is a picture";
 }
 
+TEST_F(StationPace, NothingLargeIsPaintedOverTheCanvas) {
+  const nlohmann::json large = value(R"((() => {
+    const whole = touchstoneStation.renderer.canvas.getBoundingClientRect(), paints = colour => !/rgba\(.*, 0\)|transparent/.test(colour);
+    return [...document.querySelectorAll('#screens *')].filter(node => {
+      const style = getComputedStyle(node), box = node.getBoundingClientRect();
+      const isPainted = paints(style.backgroundColor) || (parseFloat(style.borderTopWidth) > 0 && paints(style.borderTopColor)) || style.borderRadius !== '0px';
+      return isPainted && box.width * box.height > 0.05 * whole.width * whole.height;
+    }).map(node => `${node.tagName} ${node.className}`);
+  })())");
+  EXPECT_THAT(large, IsEmpty());
+}
+
 TEST_F(StationPace, SolidsOfWhatIsNotShownAreLeftOutOfTheCalls) {
   value("(async () => { Object.assign(window, await import('/renderer.js')); })()");
   // Four objects of 2, 1, 3 and 1 solids.
