@@ -126,7 +126,9 @@ export class Panels {
       row.cells[1].className = one.depth > 0 ? 'bad' : '';
       row.cells[2].className = one.worst > 0 ? 'bad' : one.judged ? 'good' : '';
     });
-    say(get('method-what'), `${this.methods[shown].name}: ${this.methods[shown].what}. Merged, of what is checked: by exact arithmetic, from the poses shown.`);
+    const isForced = frame.flags & flag.dynamics && shown === this.methods.length - 1;
+    const what = isForced ? 'joints of limited torque and contact forces, what is shown proven' : this.methods[shown].what;
+    say(get('method-what'), `${this.methods[shown].name}: ${what}. Merged, of what is checked: by exact arithmetic, from the poses shown.`);
   }
 
   showContact(frame, method) {
