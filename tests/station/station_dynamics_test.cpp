@@ -200,7 +200,8 @@ TEST(StationDynamics, PoliciesApplyToForcesToo) {
 }
 
 TEST(StationDynamics, IsRefusedWhereTheSceneHasNone) {
-  const StationScenes scenes = bundled({"elbow_over_lab"});
+  StationScenes scenes;
+  scenes.push_back(load_station_scene(TRAINING_SCRIPTS "/03_oru_by_arm_slide.yaml", 50.0));
   Session session(scenes, 0, kOurs, true);
   EXPECT_FALSE(session.flight().state().dynamics);
   EXPECT_EQ(session.set({Kind::dynamics, true}).text, "this scene has no dynamics");

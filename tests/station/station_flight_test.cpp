@@ -273,8 +273,8 @@ TEST(StationControls, ThatNameWhatIsNotThereChangeNothing) {
 }
 
 TEST(StationScenes, StartWithNothingMerged) {
-  const StationScenes scenes = bundled(
-      {"worksite", "grapple", "oru_into_guide", "elbow_over_lab", "otcm", "spdm", "mobile_transporter"});
+  const StationScenes scenes = bundled({"worksite", "grapple", "oru_into_guide", "elbow_over_lab", "otcm",
+                                        "spdm", "mobile_transporter", "walk_off", "walk_loaded"});
   for (const auto& scene : scenes) {
     const training::Judge judge(scene->setting);
     Flight flight(*scene, kOurs);

@@ -41,6 +41,13 @@ struct Forces : Pilot {
   }
 };
 
+/// The pilot's axes are the world's.
+HandInput downwards(double rate) {
+  HandInput hand;
+  hand.translation = {0.0, 0.0, -rate};
+  return hand;
+}
+
 TEST(StationForces, TheOtcmExchangesAnOru) {
   Forces pilot("otcm");
   pilot.take_oru(0.0, 0.0);
@@ -88,6 +95,44 @@ TEST(StationForces, AFoldedArmGoesAlongTheTruss) {
   EXPECT_TRUE(pilot.is_within(0)) << pilot.figures().largest_force;
   ASSERT_TRUE(pilot.fly_to({-3.4, -1.9, 0.78}));
   EXPECT_TRUE(pilot.is_done(1));
+  EXPECT_EQ(pilot.merged, 0);
+}
+
+TEST(StationForces, TheFixturePressesBackOnAMouthThatMissesIt) {
+  Forces pilot("grapple");
+  for (int frame = 0; frame < 150; ++frame) pilot.step(downwards(0.5));
+  EXPECT_GT(pilot.figures().largest_force, 10.0);
+  EXPECT_GT(pilot.blocked, 0);
+  EXPECT_EQ(pilot.figures().failed_steps, 0U);
+  EXPECT_EQ(pilot.merged, 0);
+}
+
+TEST(StationForces, AnOruGoesIntoItsGuideAndIsPressedByItsRim) {
+  Forces pilot("oru_into_guide");
+  ASSERT_TRUE(
+      pilot.flight().ours().formation().carrier[find_object(pilot.scenes[0]->setting.scene(), "oru")] !=
+      training::kNone);
+  // 0.1 m beside the guide: down onto its rim.
+  for (int frame = 0; frame < 100; ++frame) pilot.step(downwards(0.5));
+  EXPECT_GT(pilot.figures().largest_force, 10.0);
+  const double plate = 0.565;  // of the mouth over the ORU's bottom
+  ASSERT_TRUE(pilot.fly_to({0.1, 0.0, 0.1 + plate}, 0.1));
+  ASSERT_TRUE(pilot.fly_to({0.0, 0.0, 0.1 + plate}, 0.1));
+  ASSERT_TRUE(pilot.fly_to({0.0, 0.0, plate + 0.02}, 0.05));
+  ASSERT_TRUE(pilot.fly_to({0.0, 0.0, plate - 0.52}, 0.02, 90.0)) << pilot.pose_of("oru").p;
+  ASSERT_TRUE(pilot.set({Kind::release}).done);
+  pilot.step({});
+  EXPECT_TRUE(pilot.is_done(0));
+  EXPECT_EQ(pilot.figures().failed_steps, 0U);
+  EXPECT_EQ(pilot.merged, 0);
+}
+
+TEST(StationForces, TheLabPressesBackOnAnElbow) {
+  Forces pilot("elbow_over_lab");
+  for (int frame = 0; frame < 200; ++frame) pilot.step(downwards(0.5));
+  EXPECT_GT(pilot.figures().largest_force, 10.0);
+  EXPECT_GT(pilot.pose_of("ssrms.lower_boom").p.z(), 0.0);
+  EXPECT_EQ(pilot.figures().failed_steps, 0U);
   EXPECT_EQ(pilot.merged, 0);
 }
 

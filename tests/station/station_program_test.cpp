@@ -64,8 +64,9 @@ TEST_F(StationProgram, AFlightWithDynamicsReplaysToTheSameBits) {
   const Outcome replayed = run("--replay " + file);
   EXPECT_EQ(replayed.code, 0) << replayed.err << replayed.out;
   EXPECT_NE(replayed.out.find("the same bits as recorded"), std::string::npos) << replayed.out;
-  EXPECT_EQ(run("--port 0 --seconds 0.1 --dynamics --scene elbow_over_lab").err,
-            "touchstone_station: --dynamics: the scene 'elbow_over_lab' has none (dynamics with a guard)\n");
+  EXPECT_EQ(
+      run("--port 0 --seconds 0.1 --dynamics --scene " TRAINING_SCRIPTS "/03_oru_by_arm_slide.yaml").err,
+      "touchstone_station: --dynamics: the scene '03_oru_by_arm_slide' has none (dynamics with a guard)\n");
 }
 
 TEST_F(StationProgram, AReplayFindsTheSceneOfTheFlightAndSaysWhereItsFilesChanged) {

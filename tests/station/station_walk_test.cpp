@@ -4,51 +4,13 @@
 
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/measures/common/allocations.hpp"
-#include "touchstone/tests/station/pilot.hpp"
+#include "touchstone/tests/station/walking_pilot.hpp"
 #include "touchstone/tests/support/program_test.hpp"
 
 // The arm that walks end over end: which end it stands on changes between frames, in the same world.
 
 namespace touchstone::station {
 namespace {
-
-constexpr double kHeld = 0.04;  // of a mouth's plane over its fixture's frame: 10 mm above the plate [m]
-
-/// As the tip is turned now.
-bool move_to(Pilot& pilot, const Vector3& p_W) { return pilot.fly_to(p_W, 0.1, 30.0, pilot.tip().R); }
-
-/// The free end on pdgf_b, and latched: both ends are held.
-void take_hold(Pilot& pilot) {
-  ASSERT_TRUE(pilot.fly_to({0.0, 0.0, 0.5}));
-  ASSERT_TRUE(pilot.fly_to({0.0, 0.0, kHeld}, 0.1));
-  const ControlAnswer answer = pilot.set({Kind::latch, true, Control::kAny});
-  ASSERT_TRUE(answer.done) << answer.text;
-}
-
-void let_go(Pilot& pilot, std::uint32_t tip) {
-  ASSERT_TRUE(pilot.set({Kind::tip, true, tip}).done);
-  const ControlAnswer answer = pilot.set({Kind::release});
-  ASSERT_TRUE(answer.done) << answer.text;
-}
-
-/// About the middle fixture. The way over -y is free, over +y the mast stands.
-bool swing(Pilot& pilot, double degrees, double seconds = 60.0) {
-  return pilot.drive("wrist_roll", pilot.joint("wrist_roll") + degrees * kDegree, seconds);
-}
-
-double largest_step(std::span<const Pose> before, std::span<const Pose> after) {
-  double most = 0.0;
-  for (std::size_t i = 0; i < before.size(); ++i)
-    most = std::max({most, norm(after[i].p - before[i].p),
-                     std::sqrt((after[i].R - before[i].R).col(0).squaredNorm()),
-                     std::sqrt((after[i].R - before[i].R).col(1).squaredNorm())});
-  return most;
-}
-
-std::vector<Pose> poses_of(const Pilot& pilot) {
-  const std::span<const Pose> poses = pilot.flight().ours().poses();
-  return {poses.begin(), poses.end()};
-}
 
 TEST(StationWalk, AnArmWalksFromFixtureToFixture) {
   Pilot pilot("walk_off", kOurs | kUnchecked);
@@ -112,23 +74,31 @@ TEST(StationWalk, AFlightThatWalksReplaysToTheSameBits) {
   take_hold(pilot);
   let_go(pilot, 1);
   ASSERT_TRUE(move_to(pilot, {-6.0, 0.0, 0.3}));
-  const auto replayed = [&](std::vector<RecordedInput> inputs) {
-    Session session(pilot.scenes, 0, kAllMethods);
-    station::Recording recording;
-    recording.scene = "walk_off";
-    recording.rate = kRate;
-    recording.inputs = std::move(inputs);
-    recording.frames = pilot.session.frame();
-    replay(recording, session);
-    return session.hash();
+  EXPECT_EQ(replayed(pilot, pilot.inputs), pilot.session.hash());
+  EXPECT_NE(replayed(pilot, without_releases(pilot)), pilot.session.hash());
+}
+
+TEST(StationWalk, WhatTheArmCarriesComesAlong) {
+  Pilot pilot("walk_loaded", kAllMethods);
+  const auto on_boom = [&] {
+    return compose(inverse(pilot.pose_of("ssrms.lower_boom")), pilot.pose_of("stowed_oru"));
   };
-  EXPECT_EQ(replayed(pilot.inputs), pilot.session.hash());
-  std::vector<RecordedInput> other = pilot.inputs;
-  std::erase_if(other, [](const RecordedInput& input) {
-    const auto* control = std::get_if<Control>(&input.input);
-    return control != nullptr && control->kind == Kind::release;
-  });
-  EXPECT_NE(replayed(other), pilot.session.hash()) << "without the release";
+  const Pose before = on_boom();
+  take_hold(pilot);
+  const std::vector<Pose> held = poses_of(pilot);
+  let_go(pilot, 1);
+  pilot.step({});
+  EXPECT_LT(largest_step(held, poses_of(pilot)), 1e-13);
+  ASSERT_TRUE(move_to(pilot, {-6.0, 0.0, 0.54}));
+  ASSERT_TRUE(swing(pilot, 60.0));
+  EXPECT_LT(largest_step(std::vector{before}, std::vector{on_boom()}), 1e-12);
+  EXPECT_EQ(replayed(pilot, pilot.inputs), pilot.session.hash());
+  // It is let go as anything that is carried.
+  ASSERT_TRUE(pilot.set({Kind::release}).done);
+  const Vector3 left = pilot.pose_of("stowed_oru").p;
+  for (int frame = 0; frame < 10; ++frame) pilot.step(ahead(-1.0));
+  EXPECT_EQ(pilot.pose_of("stowed_oru").p, left);
+  EXPECT_EQ(pilot.merged, 0);
 }
 
 TEST(StationWalk, StepsAfterAWalkAllocateNothing) {

@@ -285,18 +285,25 @@ const LatchOption* Flight::nearest_option(const Method& method, std::uint32_t ob
   return best;
 }
 
+bool Flight::carries(const Method& method, std::uint32_t carrier) {
+  const std::vector<std::uint32_t>& by = method.flown->formation().carrier;
+  return std::find(by.begin(), by.end(), carrier) != by.end();
+}
+
 /// By a fixture that the free end of an arm that walks is over. None: there is nothing of that here.
 std::optional<ControlAnswer> Flight::hold(std::uint32_t object) {
   std::optional<ControlAnswer> answer;
   for (Method& method : methods_) {
     const std::uint32_t tip = method.stance.flown(state_.tip);
-    if (!method.stance.walks() || method.stance.is_locked()) continue;
+    if (!method.stance.walks() || method.stance.is_locked() || carries(method, scene_->tips[tip].object))
+      continue;
     const std::uint32_t fixture = method.stance.within_reach(tip, method.flown->poses());
     if (fixture == kNone || (object != Control::kAny && object != fixture)) continue;
     method.stance.hold(tip, fixture);
-    if (method.kind == MethodKind::ours)
-      answer = {true, scene_->setting.object_name(fixture) + " holds " + scene_->tips[tip].name +
-                          ": both ends are held"};
+    if (method.kind != MethodKind::ours) continue;
+    if (guarded_) guarded_->hold_free_end(true);
+    answer = {true, scene_->setting.object_name(fixture) + " holds " + scene_->tips[tip].name +
+                        ": both ends are held"};
   }
   return answer;
 }
@@ -304,15 +311,6 @@ std::optional<ControlAnswer> Flight::hold(std::uint32_t object) {
 /// The chosen end, where both are held. None: there is nothing of that here.
 std::optional<ControlAnswer> Flight::let_go() {
   if (!stance().walks()) return std::nullopt;
-  const auto carries = [&](const Method& method) {
-    const std::vector<std::uint32_t>& carrier = method.flown->formation().carrier;
-    return std::any_of(carrier.begin(), carrier.end(), [&](std::uint32_t by) {
-      return by != kNone && scene_->setting.arm_of(by) != nullptr;
-    });
-  };
-  for (const Method& method : methods_)
-    if (method.stance.is_locked() && carries(method))
-      return ControlAnswer{false, "the arm carries something: it changes its base without"};
   const std::string& name = scene_->tips[state_.tip].name;
   const bool is_locked = stance().is_locked();
   for (Method& method : methods_)
@@ -328,7 +326,10 @@ std::optional<ControlAnswer> Flight::let_go() {
 void Flight::walk(Method& method) {
   std::unique_ptr<const Arm> walked =
       method.stance.stand_without(state_.tip, method.flown->poses(), method.joints());
-  if (walked) method.flown->set_base(*walked);
+  if (walked)
+    method.flown->set_base(*walked);
+  else if (guarded_ && method.kind == MethodKind::ours)
+    guarded_->hold_free_end(false);
   method.stance.let_go(state_.tip, std::move(walked));
   method.hands = make_hands(method.stance, *scene_);
   for (training::ArmHand& hand : method.hands) hand.start_from(method.joints());
@@ -443,7 +444,8 @@ void Flight::command_arm(Method& method, const HandRates& rates, const HandInput
 
 void Flight::fly(Method& method, const HandRates& rates, const HandInput& input) noexcept {
   const double start = clock_us();
-  if (guarded_ && method.kind == MethodKind::ours) guarded_->set_joints(state_.joints, state_.brakes);
+  if (guarded_ && method.kind == MethodKind::ours)
+    guarded_->set_joints(state_.joints, state_.brakes || method.stance.is_locked());
   method.log.events.clear();
   method.log.slide_steps.back() = 0;
   commands_.clear();

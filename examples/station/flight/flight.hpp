@@ -158,6 +158,7 @@ class Flight {
   bool is_done(const StationTask& task) noexcept;
   bool touches(const Tip& tip, std::uint32_t object, std::span<const Pose> poses) noexcept;
   bool may_latch(const LatchOption& option, const Method& method, std::uint32_t object);
+  static bool carries(const Method& method, std::uint32_t carrier);
   std::optional<ControlAnswer> hold(std::uint32_t object);
   std::optional<ControlAnswer> let_go();
   void walk(Method& method);

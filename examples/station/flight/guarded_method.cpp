@@ -26,20 +26,50 @@ bool is_of_end(EventKind kind) {
 GuardedMethod::GuardedMethod(const training::Setting& setting, const StationDynamics& dynamics)
     : setting_(&setting),
       dynamics_(&dynamics),
-      run_(dynamics.scene, dynamics.settings, make_native, make_native_broadphase),
+      settings_(dynamics.settings),
       formation_(setting.object_count()) {
   const training::Arm& arm = setting.arms()[0];
-  const Mechanism& inside = run_.simulation().dynamics_of(0).mechanism();
   value_of_.resize(arm.joints.size());
-  for (const Mechanism::Joint& joint : arm.mechanism->joints())
-    for (const Mechanism::Joint& same : inside.joints())
-      if (joint.value != Mechanism::kNone && same.name == joint.name) value_of_[joint.value] = same.value;
+  make_run(dynamics.scene);
   X_WO_.resize(setting.object_count());
   joints_ = before_ = goals_ = arm.joints;
   torques_.assign(joints_.size(), 0.0);
   events_.reserve(kMostEvents);
   pushing_.reserve(kMostPushing);
   take_state();
+}
+
+/// The one before ends.
+void GuardedMethod::make_run(const physics::DynamicScene& scene) {
+  run_ = std::make_unique<physics::GuardedSimulation>(scene, settings_, make_native, make_native_broadphase);
+  const Mechanism& inside = run_->simulation().dynamics_of(0).mechanism();
+  for (const Mechanism::Joint& joint : setting_->arms()[0].mechanism->joints())
+    for (const Mechanism::Joint& same : inside.joints())
+      if (joint.value != Mechanism::kNone && same.name == joint.name) value_of_[joint.value] = same.value;
+}
+
+void GuardedMethod::set_base(const training::Arm& arm) {
+  auto walked = std::make_unique<const physics::DynamicScene>(go_on_from(*run_, *dynamics_, *setting_, arm));
+  make_run(*walked);
+  walked_ = std::move(walked);
+  for (std::uint32_t i = 0; i < setting_->object_count(); ++i)
+    if (!formation_.is_on[i]) run_->select(i, false);
+  // The last frame's name objects of the run before.
+  events_.clear();
+  pushing_.clear();
+  take_state();
+}
+
+void GuardedMethod::set_policy(physics::GuardPolicy policy) {
+  settings_.policy = policy;
+  run_->set_policy(policy);
+}
+
+void GuardedMethod::hold_free_end(bool is_held) {
+  if (is_held)
+    run_->dynamics().join_as_they_stand(0);
+  else
+    run_->dynamics().switch_joint(0, false);
 }
 
 void GuardedMethod::act(const training::Action& action) {
@@ -51,11 +81,11 @@ void GuardedMethod::act(const training::Action& action) {
         std::find_if(options.begin(), options.end(), [&](const physics::SceneLatchOption& each) {
           return each.carrier == action.carrier && each.carried == action.object;
         });
-    is_done = found != options.end() && run_.latch_now(static_cast<std::size_t>(found - options.begin()));
+    is_done = found != options.end() && run_->latch_now(static_cast<std::size_t>(found - options.begin()));
   }
-  if (action.kind == Kind::release) is_done = run_.release_now(action.object);
+  if (action.kind == Kind::release) is_done = run_->release_now(action.object);
   if (action.kind == Kind::switch_on || action.kind == Kind::switch_off)
-    run_.select(action.object, action.kind == Kind::switch_on);
+    run_->select(action.object, action.kind == Kind::switch_on);
   if (!is_done)
     throw InputError("dynamics refuses that latch or release of " + setting_->object_name(action.object));
   formation_.apply(action, X_WO_);
@@ -73,12 +103,12 @@ void GuardedMethod::drive(std::span<const double> goals) {
     drive.limit = joint.effort;
     if (!is_braked && value < JointFaults::kMost && faults_.torque_share[value] < 1.0)
       drive.limit = faults_.torque_share[value] * joint.effort;
-    run_.dynamics().set_drive(0, value_of_[value], drive);
+    run_->dynamics().set_drive(0, value_of_[value], drive);
   }
 }
 
 void GuardedMethod::take_step(bool is_last) {
-  for (const ContactEvent& event : run_.proof().events) {
+  for (const ContactEvent& event : run_->proof().events) {
     if (events_.size() + 1 >= kMostEvents) break;
     if (is_of_end(event.kind) && !is_last) continue;
     const auto is_same = [&](const ContactEvent& other) {
@@ -94,7 +124,7 @@ void GuardedMethod::take_step(bool is_last) {
 }
 
 void GuardedMethod::take_forces() {
-  const physics::SceneSimulation& simulation = run_.simulation();
+  const physics::SceneSimulation& simulation = run_->simulation();
   const double share = 1.0 / static_cast<double>(dynamics_->steps);
   pushing_.clear();
   for (std::size_t i = 0; i < simulation.contacts().size(); ++i) {
@@ -105,7 +135,7 @@ void GuardedMethod::take_forces() {
     if (force == 0.0 || pushing_.size() == kMostPushing) continue;
     const physics::ContactOrigin& origin = simulation.detection().origins()[i];
     pushing_.push_back(
-        {origin.solids, contact.p_A_W, contact.n_AB_W, origin.separation + run_.gap(), force_W});
+        {origin.solids, contact.p_A_W, contact.n_AB_W, origin.separation + run_->gap(), force_W});
   }
   const std::span<const double> torques = simulation.world().joint_torques(0);
   for (std::size_t i = 0; i < torques_.size(); ++i) torques_[i] += share * torques[value_of_[i]];
@@ -146,8 +176,8 @@ void GuardedMethod::add_stall(std::span<const double> goals) {
 }
 
 void GuardedMethod::take_state() {
-  for (std::size_t i = 0; i < X_WO_.size(); ++i) X_WO_[i] = run_.shown_pose(i);
-  const std::span<const double> q = run_.simulation().world().joint_values(0);
+  for (std::size_t i = 0; i < X_WO_.size(); ++i) X_WO_[i] = run_->shown_pose(i);
+  const std::span<const double> q = run_->simulation().world().joint_values(0);
   for (std::size_t i = 0; i < joints_.size(); ++i) joints_[i] = q[value_of_[i]];
 }
 
@@ -178,7 +208,7 @@ void GuardedMethod::frame(std::span<const training::Command>,
   std::fill(torques_.begin(), torques_.end(), 0.0);
   // The frame's steps of dynamics; the first that fails ends it.
   for (std::size_t i = 0; i < dynamics_->steps; ++i) {
-    const physics::GuardedStep step = run_.step();
+    const physics::GuardedStep step = run_->step();
     if (step.dynamics.failure != physics::StepFailure::none) {
       ++failed_;
       failure_ = physics::reason_of(step.dynamics.failure);
@@ -186,8 +216,8 @@ void GuardedMethod::frame(std::span<const training::Command>,
     }
     take_step(i + 1 == dynamics_->steps);
     take_forces();
-    log.queries += run_.proof().queries;
-    log.iteration_limits += run_.proof().iteration_limits;
+    log.queries += run_->proof().queries;
+    log.iteration_limits += run_->proof().iteration_limits;
   }
   take_state();
   add_stall(goals_);

@@ -38,6 +38,7 @@ class GuardedMethod final : public training::Method {
   std::string_view name() const noexcept override { return "ours, with dynamics"; }
   std::string_view backend() const noexcept override { return "native"; }
   void act(const training::Action& action) override;
+  void set_base(const training::Arm& arm) override;
   void frame(std::span<const training::Command> commands, std::span<const training::ArmCommand> arm_commands,
              training::FlightLog& log) noexcept override;
   void attach(FrameOutput&) override {}  // ShownFlight brings frames to outputs
@@ -46,7 +47,9 @@ class GuardedMethod final : public training::Method {
   std::span<const double> joints() const noexcept override { return joints_; }
   const training::Formation& formation() const noexcept override { return formation_; }
 
-  void set_policy(physics::GuardPolicy policy) { run_.set_policy(policy); }
+  void set_policy(physics::GuardPolicy policy);
+  /// Of an arm that walks: its free end is held where it is, as if welded, or let go. Between frames.
+  void hold_free_end(bool is_held);
   /// From the next frame on. @param holds: brakes on all joints.
   void set_joints(const JointFaults& faults, bool holds) { faults_ = faults, holds_ = holds; }
 
@@ -57,7 +60,7 @@ class GuardedMethod final : public training::Method {
   /// was done.
   std::span<const ContactEvent> events() const { return events_; }
   std::uint32_t object_of(ObjectHandle object) const {
-    return static_cast<std::uint32_t>(run_.object_of(object));
+    return static_cast<std::uint32_t>(run_->object_of(object));
   }
   std::span<const double> torques() const {
     return torques_;
@@ -73,6 +76,7 @@ class GuardedMethod final : public training::Method {
   static constexpr std::size_t kMostPushing = 64;
 
  private:
+  void make_run(const physics::DynamicScene& scene);
   void drive(std::span<const double> goals);
   void take_step(bool is_last);
   void take_forces();
@@ -83,7 +87,9 @@ class GuardedMethod final : public training::Method {
 
   const training::Setting* setting_;
   const StationDynamics* dynamics_;
-  physics::GuardedSimulation run_;
+  physics::GuardSettings settings_;
+  std::unique_ptr<const physics::DynamicScene> walked_;  // that run_ goes on in; null: dynamics_'s
+  std::unique_ptr<physics::GuardedSimulation> run_;
   training::Formation formation_;
   std::vector<std::uint32_t> value_of_;  // by the script's joint value: dynamics'
   std::vector<Pose> X_WO_;

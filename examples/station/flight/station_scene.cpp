@@ -225,7 +225,6 @@ void check_start(const StationScene& scene) {
         !Stance::is_over(compose(objects[tip.object].X_WO, tip.X_HT), objects[option.fixture].X_WO))
       throw InputError(what + "is at time 0 within 0.1 m and 10 degrees of the fixture that holds it");
   }
-  if (scene.dynamics) throw InputError(what + "flies without dynamics");
 }
 
 /// @throws InputError: a task whose fixture the script does not let hold that end.
@@ -256,7 +255,10 @@ StationScene::StationScene(std::string given_name, Script script, double rate)
     if (action.time <= 0.0) initial.push_back(action);
     latches.push_back({action.carrier, action.object, action.allowed});
   }
-  dynamics = load_station_dynamics(setting, latches);
+  std::vector<std::uint32_t> ends;
+  if (walks)
+    for (const Tip& tip : tips) ends.push_back(tip.object);
+  dynamics = load_station_dynamics(setting, latches, std::move(ends));
   if (walks) check_start(*this);
 }
 

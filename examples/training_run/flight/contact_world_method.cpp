@@ -27,9 +27,14 @@ ContactWorldMethod::ContactWorldMethod(const Setting& setting, std::unique_ptr<N
 
 void ContactWorldMethod::act(const Action& action) {
   using Kind = OperatorAction::Kind;
-  if (action.kind == Kind::latch)
+  if (action.kind == Kind::latch) {
     world_.latch(objects_[action.carrier], objects_[action.object], exemptions(action.allowed));
-  if (action.kind == Kind::release) world_.unlatch(objects_[action.object]);
+    latches_.push_back(action);
+  }
+  if (action.kind == Kind::release) {
+    world_.unlatch(objects_[action.object]);
+    std::erase_if(latches_, [&](const Action& latch) { return latch.object == action.object; });
+  }
   if (action.kind == Kind::switch_on || action.kind == Kind::switch_off)
     world_.select(SelectionChange::of(objects_[action.object], action.kind == Kind::switch_on));
   formation_.apply(action, X_WO_);
@@ -117,9 +122,18 @@ void ContactWorldMethod::take_links(const Arm& arm) {
 
 void ContactWorldMethod::set_base(const Arm& arm) {
   const std::size_t index = index_of(arm);
-  world_.remove_mechanism(mechanisms_[index]);  // throws where a link carries something
+  const auto is_arms = [&](const Action& latch) {
+    return latch.carrier - arm.first_object < arm.object_count;
+  };
+  // What the links carry is let go, and carried again where it is.
+  for (const Action& latch : latches_)
+    if (is_arms(latch)) world_.unlatch(objects_[latch.object]);
+  world_.remove_mechanism(mechanisms_[index]);
   mechanisms_[index] = world_.add_mechanism({arm.mechanism, arm.X_WB, arm.joints, {}, arm.weights});
   take_links(arm);
+  for (const Action& latch : latches_)
+    if (is_arms(latch))
+      world_.latch(objects_[latch.carrier], objects_[latch.object], exemptions(latch.allowed));
   world_.set_default_rule(
       {setting_->scene().policy, {}, setting_->script().translation_only, setting_->scene().passive});
   world_.prepare();

@@ -57,6 +57,7 @@ class ContactWorldMethod final : public Method {
   OutputFeed feed_{world_};
   FrameReport report_;
   Formation formation_;
+  std::vector<Action> latches_;  // in force
   std::vector<ObjectHandle> objects_;
   std::vector<std::uint32_t> index_of_slot_;
   std::vector<Pose> X_WO_;
