@@ -31,6 +31,8 @@ TEST_F(StationPace, DrawsLessWherePicturesAreLateAndNoLessThanThereIs) {
   EXPECT_EQ(value("draw(pace, 300, 200)"), value("levels.length - 1"));
   EXPECT_EQ(value("draw(pace, 300, 200)"), value("levels.length - 1"));
   EXPECT_EQ(value("new Pace(true).at > 0"), true) << "software is known to be slow";
+  EXPECT_EQ(value("draw(new Pace(), 1, 4 * budget + 1)"), 1) << "one that is far too late";
+  EXPECT_EQ(value("draw(new Pace(), 1, 16 * budget + 1)"), value("levels.length - 1")) << "a stall";
 }
 
 TEST_F(StationPace, DrawsMoreAgainWhereThereIsTimeAndWaitsLongerWhereThatWasTooMuch) {

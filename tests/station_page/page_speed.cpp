@@ -15,8 +15,10 @@ constexpr const char* kCounts = "[touchstoneStation.station.drawn, fake.sockets[
 struct View {
   const char *name, *set;
 };
-// Four CCTV screens beside the main one; the main one alone; a quarter of its pixels.
+// As the page draws where it is left alone; four CCTV screens beside the main one; the main one alone; a
+// quarter of its pixels.
 constexpr View kViews[] = {
+    {"as time allows", "true"},
     {"five screens", "show('detail', '1')"},
     {"one screen", "show('detail', '1'); document.getElementById('show-cctv').click()"},
     {"one, half detail", "show('detail', '0.5'); document.getElementById('show-cctv').click()"}};

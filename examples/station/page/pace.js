@@ -5,6 +5,7 @@
 export const budget = 50;
 const spare = 30;  // below this there is time for more [ms]
 const judged = 12, late = 3;  // of so many pictures so many late: less
+const farLate = 4 * budget, stalled = 16 * budget;  // a single one: less; the least, since each level would take seconds [ms]
 const calm = 4000, mostCalm = 64000;  // no picture above `spare` for so long: more; twice as long where that was too much [ms]
 
 // From all to least. `pixels`: share of the screen's, each way. `cctv`: so many of its pictures are drawn anew at a time, once in
@@ -40,14 +41,14 @@ export class Pace {
     this.times.push(took);
     if (this.times.length > judged) this.times.shift();
     if (this.calmSince === null || took > spare) this.calmSince = now;
-    if (this.times.filter(time => time > budget).length >= late) this.lower(now);
+    if (took > farLate || this.times.filter(time => time > budget).length >= late) this.lower(now, took > stalled ? levels.length : 1);
     else if (now - this.calmSince >= this.wait) this.raise(now);
   }
 
-  lower(now) {
+  lower(now, by) {
     // What turned out to be too much is tried again later.
     if (now - this.raisedAt < 2 * this.wait) this.wait = Math.min(mostCalm, 2 * this.wait);
-    this.at = Math.min(levels.length - 1, this.at + 1);
+    this.at = Math.min(levels.length - 1, this.at + by);
     Object.assign(this, {times: [], calmSince: now});
   }
 
