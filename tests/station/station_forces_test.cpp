@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "touchstone/examples/measures/common/allocations.hpp"
-#include "touchstone/tests/station/pilot.hpp"
+#include "touchstone/tests/station/forces_pilot.hpp"
 
 // The scenes with jaws, two arms and rails, flown with forces: tasks are done within their limits of force,
 // what is in the way presses back, nothing merges.
@@ -12,13 +12,9 @@ namespace {
 constexpr double kTop = 0.3058;        // of the ORU where it stands, 1 mm above its slot's floor [m]
 constexpr double kOver = kTop + 0.06;  // of the tip over the ORU: jaws around the stem [m]
 
-/// A pilot with forces: torques get an arm moving, so that it is late, and near a place a hand has to wait.
-struct Forces : Pilot {
-  explicit Forces(const std::string& scene) : Pilot(scene, kOurs, true) {
-    there = 1e-3;
-    EXPECT_TRUE(flight().state().dynamics);
-  }
-  const FlightFigures& figures() const { return flight().figures(); }
+/// Who exchanges an ORU.
+struct Forces : ForcesPilot {
+  using ForcesPilot::ForcesPilot;
 
   void take_oru(double x, double y) {
     ASSERT_TRUE(fly_to({x, y, kOver + 0.2}));

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "touchstone/examples/measures/common/allocations.hpp"
+#include "touchstone/tests/station/forces_pilot.hpp"
 #include "touchstone/tests/station/walking_pilot.hpp"
 
 // The arm that walks, with forces: where its base changes the simulation goes on with the arm held by its
@@ -9,16 +10,7 @@
 namespace touchstone::station {
 namespace {
 
-/// Torques get an arm moving, so that it is late, and near a place a hand has to wait.
-struct Forces : Pilot {
-  explicit Forces(const std::string& scene) : Pilot(scene, kOurs, true) {
-    there = 1e-3;
-    EXPECT_TRUE(flight().state().dynamics);
-  }
-  const FlightFigures& figures() const { return flight().figures(); }
-};
-
-void walk(Forces& pilot) {
+void walk(ForcesPilot& pilot) {
   take_hold(pilot);
   let_go(pilot, 1);
   ASSERT_TRUE(move_to(pilot, {-6.0, 0.0, 0.54}));
@@ -30,7 +22,7 @@ void walk(Forces& pilot) {
 }
 
 TEST(StationWalkForces, AnArmWalksFromFixtureToFixture) {
-  Forces pilot("walk_off");
+  ForcesPilot pilot("walk_off");
   walk(pilot);
   // On, with the middle fixture let go: the arm stands on its first end again.
   let_go(pilot, 0);
@@ -42,7 +34,7 @@ TEST(StationWalkForces, AnArmWalksFromFixtureToFixture) {
 }
 
 TEST(StationWalkForces, AnOruOnTheBoomComesAlong) {
-  Forces pilot("walk_loaded");
+  ForcesPilot pilot("walk_loaded");
   const auto on_boom = [&] {
     return compose(inverse(pilot.pose_of("ssrms.lower_boom")), pilot.pose_of("stowed_oru"));
   };
@@ -60,7 +52,7 @@ TEST(StationWalkForces, AnOruOnTheBoomComesAlong) {
 }
 
 TEST(StationWalkForces, NothingMovesWhenTheBaseChangesNorWhileBothEndsAreHeld) {
-  Forces pilot("walk_loaded");
+  ForcesPilot pilot("walk_loaded");
   take_hold(pilot);
   for (int frame = 0; frame < 50; ++frame)
     pilot.step({});  // the joint that holds takes the arm's last motion
@@ -81,7 +73,7 @@ TEST(StationWalkForces, NothingMovesWhenTheBaseChangesNorWhileBothEndsAreHeld) {
 }
 
 TEST(StationWalkForces, TheEndThatWasTakenLastMayGoAgain) {
-  Forces pilot("walk_off");
+  ForcesPilot pilot("walk_off");
   take_hold(pilot);
   let_go(pilot, 0);
   EXPECT_FALSE(pilot.flight().stance().is_locked());
@@ -90,7 +82,7 @@ TEST(StationWalkForces, TheEndThatWasTakenLastMayGoAgain) {
 }
 
 TEST(StationWalkForces, TheMastPressesBackAfterTheBaseHasChanged) {
-  Forces pilot("walk_off");
+  ForcesPilot pilot("walk_off");
   take_hold(pilot);
   let_go(pilot, 1);
   ASSERT_TRUE(move_to(pilot, {-6.0, 0.0, 0.54}));
@@ -101,7 +93,7 @@ TEST(StationWalkForces, TheMastPressesBackAfterTheBaseHasChanged) {
 }
 
 TEST(StationWalkForces, WhatIsSwitchedOffAndThePolicyStayThroughAWalk) {
-  Forces pilot("walk_off");
+  ForcesPilot pilot("walk_off");
   const std::size_t mast = find_object(pilot.scenes[0]->setting.scene(), "mast");
   ASSERT_TRUE(pilot.set({Kind::select, false, static_cast<std::uint32_t>(mast)}).done);
   take_hold(pilot);
@@ -113,7 +105,7 @@ TEST(StationWalkForces, WhatIsSwitchedOffAndThePolicyStayThroughAWalk) {
 
 TEST(StationWalkForces, StepsAfterAWalkAllocateNothing) {
   if (!comparison::thread_allocations()) GTEST_SKIP() << "not counted here";
-  Forces pilot("walk_loaded");
+  ForcesPilot pilot("walk_loaded");
   take_hold(pilot);
   const auto fly = [&](int frames) {
     for (int frame = 0; frame < frames; ++frame) pilot.session.step(ahead(frame % 7 < 4 ? -0.5 : 0.3));
