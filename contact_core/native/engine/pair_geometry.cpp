@@ -96,12 +96,6 @@ bool is_out_of_reach(const DepthRecord& record, const Query& query) {
   return record.certified == Certified::separated && !wants_distance(query);
 }
 
-/// Boxes along the world's axes that lie flush: no margin decides, comparison does. @pre ordinary.
-Certified certify_flush_boxes(const SolidSet& set, const SolidPair& pair, std::span<const Pose> poses) {
-  return certify_aligned_boxes(half_extents(set.boxes[pair.a]), poses[pair.a],
-                               half_extents(set.boxes[pair.b]), poses[pair.b]);
-}
-
 /// Evaluates one pair in stages, the cheapest first. A stage returns the pair's status where it
 /// settles the pair, and leaves what it found to the next one where it does not.
 class PairEvaluation {
@@ -173,7 +167,8 @@ class PairEvaluation {
     // Magnitudes that kernels do not take: the same pair scaled by a power of two.
     if (!is_ordinary_) depth_ = scaled_pair_depth(set_, kernels_, given_.pair, input_.poses);
     if (is_ordinary_ && !is_general() && is_undecided()) {
-      if (kind_ == SolidKind::box) certified_ = certify_flush_boxes(set_, given_.pair, input_.poses);
+      if (kind_ == SolidKind::box)
+        certified_ = certify_touching_pair(set_, kernels_, given_.pair, input_.poses);
       if (certified_ == Certified::unknown) {
         place_pair();
         certified_ = certify_aligned(placed_.a_W, placed_.b_W);
@@ -316,19 +311,30 @@ struct Records {
 
 /// The classes of pairs that the depth kernels did not certify, in the order of PairEvaluation: those that
 /// overlap need no search for a distance.
-void decide_classes(const SolidSet& set, SolidKind kind, std::span<const Pose> poses, const Batch& batch,
-                    Records& records) {
+void decide_classes(const SolidSet& set, const Kernels& kernels, SolidKind kind, std::span<const Pose> poses,
+                    const Batch& batch, Records& records) {
+  // Those of ordinary magnitudes, which the kernels take.
+  Batch open;
+  std::fill_n(records.decided.data(), batch.count, Certified::unknown);
   for (std::size_t i = 0; i < batch.count; ++i) {
-    records.decided[i] = Certified::unknown;
     if (records.depth[i].certified != Certified::unknown) continue;
     const SolidPair pair{batch.pairs[i].a, batch.pairs[i].b};
-    const Pose &X_WA = poses[pair.a], &X_WB = poses[pair.b];
-    if (!has_finite_poses(pair, poses) || !is_ordinary(set, pair.a, X_WA, pair.b, X_WB)) continue;
-    Certified certified = Certified::unknown;
-    if (kind == SolidKind::box) certified = certify_flush_boxes(set, pair, poses);
+    if (has_finite_poses(pair, poses) && is_ordinary(set, pair.a, poses[pair.a], pair.b, poses[pair.b]))
+      open.add(pair, i);
+  }
+  std::array<Certified, kBlock> touching;
+  std::fill_n(touching.data(), open.count, Certified::unknown);
+  if (kind == SolidKind::box)
+    kernels.certify_touching_boxes(records_of(poses), set.boxes.data(), open.pairs.data(), open.count,
+                                   touching.data());
+  // The others one by one.
+  for (std::size_t k = 0; k < open.count; ++k) {
+    const std::size_t i = open.slots[k];
+    Certified certified = touching[k];
     if (certified == Certified::unknown) {
+      const SolidPair pair{open.pairs[k].a, open.pairs[k].b};
       PlacedPair placed;
-      place(set, pair, X_WA, X_WB, true, placed);
+      place(set, pair, poses[pair.a], poses[pair.b], true, placed);
       certified = certify_aligned(placed.a_W, placed.b_W);
       if (certified == Certified::unknown) {
         records.decided[i] =
@@ -351,7 +357,7 @@ void run_kernels(const SolidSet& set, const Kernels& kernels, SolidKind kind, st
     kernels.compute_parallelepiped_depths(X_W, set.parallelepiped_edges.data(), batch.pairs.data(),
                                           batch.count, records.depth.data());
   }
-  decide_classes(set, kind, poses, batch, records);
+  decide_classes(set, kernels, kind, poses, batch, records);
   compute_batch_distances(set, kernels, kind, poses, batch, records.depth.data(), records.decided.data(),
                           wants_distance(query), records.distance.data());
 }

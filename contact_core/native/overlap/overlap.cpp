@@ -139,15 +139,6 @@ void fail_not_finite(std::span<const Pose> poses, std::span<PairStatus> status, 
   batch.count = kept;
 }
 
-/// @pre finite poses.
-Certified certify_aligned_boxes(const SolidSet& set, const SolidPair& pair, std::span<const Pose> poses) {
-  const Pose& X_WA = poses[pair.a];
-  const Pose& X_WB = poses[pair.b];
-  if (!is_ordinary(set, pair.a, X_WA, pair.b, X_WB)) return Certified::unknown;
-  return native::certify_aligned_boxes(half_extents(set.boxes[pair.a]), X_WA, half_extents(set.boxes[pair.b]),
-                                       X_WB);
-}
-
 void compute_depths(const SolidSet& set, const Kernels& kernels, SolidKind kind,
                     std::span<const PairIndices> pairs, std::span<const Pose> poses, DepthRecord* depths) {
   if (kind == SolidKind::box)
@@ -188,7 +179,8 @@ void settle_closely(const SolidSet& set, const Kernels& kernels, SolidKind kind,
   }
 }
 
-/// The order in which the distance query asks, too: rounded margins, coordinates, exact arithmetic last.
+/// The order in which the distance query asks, too: rounded margins, kernels for boxes that touch,
+/// coordinates, exact arithmetic last.
 void settle_boxes(const SolidSet& set, const Kernels& kernels, std::span<const Pose> poses,
                   std::span<PairStatus> status, Block& block) {
   kernels.certify_boxes(records_of(poses), set.boxes.data(), block.boxes.pairs.data(), block.boxes.count,
@@ -196,8 +188,8 @@ void settle_boxes(const SolidSet& set, const Kernels& kernels, std::span<const P
   write_certified(block.boxes, block.certified, status, block.rest);
   if (block.rest.count == 0) return;
   fail_not_finite(poses, status, block.rest);
-  for (std::size_t i = 0; i < block.rest.count; ++i)
-    block.certified[i] = certify_aligned_boxes(set, {block.rest.pairs[i].a, block.rest.pairs[i].b}, poses);
+  kernels.certify_touching_boxes(records_of(poses), set.boxes.data(), block.rest.pairs.data(),
+                                 block.rest.count, block.certified.data());
   write_certified(block.rest, block.certified, status, block.boxes);
   settle_closely(set, kernels, SolidKind::box, block.boxes, poses, status);
 }
@@ -299,10 +291,11 @@ Certified certify_one(const SolidSet& set, const Kernels& kernels, const SolidPa
     certified = kernels.certify_box_pair(X_W[pair.a], set.boxes[pair.a], X_W[pair.b], set.boxes[pair.b]);
   if (certified != Certified::unknown) return certified;
   if (!has_finite_poses(pair, poses)) return Certified::unknown;
-  if (kind == SolidKind::box) certified = certify_aligned_boxes(set, pair, poses);
-  if (certified != Certified::unknown) return certified;
-  if (is_ordinary(set, pair.a, poses[pair.a], pair.b, poses[pair.b]))
+  if ((kind != SolidKind::box || kernels.lanes == 2) &&
+      is_ordinary(set, pair.a, poses[pair.a], pair.b, poses[pair.b]))
     certified = certify_kinds(set, pair, poses);
+  if (certified != Certified::unknown) return certified;
+  if (kind == SolidKind::box) certified = certify_touching_pair(set, kernels, pair, poses);
   if (certified != Certified::unknown) return certified;
   certified = certify_by_coordinates(set, pair, poses);
   if (certified != Certified::unknown) return certified;
@@ -325,6 +318,20 @@ PairStatus overlap_one(const SolidSet& set, const Kernels& kernels, const SolidP
 }
 
 }  // namespace
+
+Certified certify_touching_pair(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
+                                std::span<const Pose> poses) {
+  const Pose& X_WA = poses[pair.a];
+  const Pose& X_WB = poses[pair.b];
+  if (!is_ordinary(set, pair.a, X_WA, pair.b, X_WB)) return Certified::unknown;
+  // Comparing half-extents is as quick as the kernel for a batch, and quicker for one pair.
+  Certified certified =
+      certify_aligned_boxes(half_extents(set.boxes[pair.a]), X_WA, half_extents(set.boxes[pair.b]), X_WB);
+  if (certified != Certified::unknown) return certified;
+  const PairIndices indices{pair.a, pair.b};
+  kernels.certify_touching_boxes(records_of(poses), set.boxes.data(), &indices, 1, &certified);
+  return certified;
+}
 
 Certified certify_kinds(const SolidSet& set, const SolidPair& pair, std::span<const Pose> poses) {
   const SolidKind kind = kind_of(set, pair);

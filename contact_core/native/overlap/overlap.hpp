@@ -12,6 +12,10 @@ namespace touchstone::native {
 /// @pre ordinary magnitudes.
 Certified certify_kinds(const SolidSet& set, const SolidPair& pair, std::span<const Pose> poses);
 
+/// One pair of boxes, which the filter has left open. @pre finite poses.
+Certified certify_touching_pair(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
+                                std::span<const Pose> poses);
+
 /// Whether a placed pair meets: its heights over the plane across the depth's axis, MPR, GJK, exact
 /// predicates.
 /// @param depth of the pair, which may know nothing.

@@ -116,12 +116,13 @@ TOUCHSTONE_INLINE void gather_boxes(const double* const (&poses)[Traits<Pack>::l
   out.reach = shape[3];
 }
 
-/// The input of both passes.
+/// The input of all passes.
 template <class Pack>
 struct BoxSlacks {
   Pack size, position;
   Pack abs_C[3][3];
-  Pack face;         // the least of six
+  Pack face_a[3], face_b[3];
+  Pack face;         // the least of the six
   Pack cross[3][3];  // one an axis
   MaskOf<Pack> ordinary;
 };
@@ -147,11 +148,11 @@ TOUCHSTONE_INLINE void find_slacks(const BoxLanes<Pack>& A, const BoxLanes<Pack>
   for (int i = 0; i < 3; ++i) {
     const Pack reach_b = (B.half[0] * abs_C[i][0] + B.half[1] * abs_C[i][1]) + B.half[2] * abs_C[i][2];
     reaches += reach_b;
-    const Pack face_a = (A.half[i] + reach_b) - magnitude(T_A[i]);
-    const Pack face_b =
+    out.face_a[i] = (A.half[i] + reach_b) - magnitude(T_A[i]);
+    out.face_b[i] =
         (B.half[i] + ((A.half[0] * abs_C[0][i] + A.half[1] * abs_C[1][i]) + A.half[2] * abs_C[2][i])) -
         magnitude(T_B[i]);
-    out.face = least(out.face, least(face_a, face_b));
+    out.face = least(out.face, least(out.face_a[i], out.face_b[i]));
   }
   // The nine cross products of edges.
   for (int i = 0; i < 3; ++i) {
@@ -167,6 +168,15 @@ TOUCHSTONE_INLINE void find_slacks(const BoxLanes<Pack>& A, const BoxLanes<Pack>
   out.ordinary = (out.size + out.position) + reaches < all<Pack>(kOrdinaryHigh);
 }
 
+/// Over all axes.
+template <class Pack>
+TOUCHSTONE_INLINE Pack least_slack(const BoxSlacks<Pack>& s) {
+  Pack slack = s.face;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) slack = least(slack, s.cross[i][j]);
+  return slack;
+}
+
 /// orthonormality_defect() of the pose.
 template <class Pack>
 TOUCHSTONE_INLINE Pack defect_of(const Vector3Of<Pack> (&axis)[3]) {
@@ -177,26 +187,56 @@ TOUCHSTONE_INLINE Pack defect_of(const Vector3Of<Pack> (&axis)[3]) {
   return defect;
 }
 
+/// Of the second pass, with measured delta.
+template <class Pack>
+struct CloseMargin {
+  Pack defect, margin;
+
+  TOUCHSTONE_INLINE CloseMargin(const BoxLanes<Pack>& A, const BoxLanes<Pack>& B, const BoxSlacks<Pack>& s) {
+    defect = greatest(defect_of(A.axis), defect_of(B.axis)) + all<Pack>(6 * kU);
+    margin = (all<Pack>(kDefectFactor) * defect + all<Pack>(kSizeRoundoffs * kU)) * s.size +
+             all<Pack>(kPositionRoundoffs * kU) * s.position;
+  }
+};
+
+/// At least the sine between edge i of A and j of B.
+template <class Pack>
+TOUCHSTONE_INLINE Pack sine_bound(const BoxSlacks<Pack>& s, int i, int j) {
+  return (s.abs_C[i][(j + 1) % 3] + s.abs_C[i][(j + 2) % 3]) + all<Pack>(8 * kU);
+}
+
+/// The least slack of all axes but those across nearly parallel edges, and what leaving these out costs.
+template <class Pack>
+struct ParallelEdges {
+  Pack slack, turn = Pack{};
+
+  TOUCHSTONE_INLINE explicit ParallelEdges(const BoxSlacks<Pack>& s) : slack(s.face) {}
+
+  TOUCHSTONE_INLINE void add(Pack cross, MaskOf<Pack> is_left_out, Pack sine, Pack defect) {
+    turn += select<Pack>(is_left_out, sine + defect, Pack{});
+    slack = select<Pack>(is_left_out, slack, least(slack, cross));
+  }
+  TOUCHSTONE_INLINE MaskOf<Pack> overlap(Pack margin, Pack size) const {
+    return slack > margin + (all<Pack>(8.0) * turn) * size;
+  }
+};
+
 /// The second pass of certify_boxes: measured delta, and parallel edges left out. @param lowest of all slacks
 template <class Pack>
 TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_box_lanes_closely(const BoxLanes<Pack>& A,
                                                                const BoxLanes<Pack>& B,
                                                                const BoxSlacks<Pack>& s, Pack lowest) {
-  const Pack defect = greatest(defect_of(A.axis), defect_of(B.axis)) + all<Pack>(6 * kU);
-  Pack margin = (all<Pack>(kDefectFactor) * defect + all<Pack>(kSizeRoundoffs * kU)) * s.size +
-                all<Pack>(kPositionRoundoffs * kU) * s.position;
-  Pack slack = s.face, turn{};
+  const CloseMargin<Pack> close(A, B, s);
+  ParallelEdges<Pack> edges(s);
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) {
-      const Pack sine = (s.abs_C[i][(j + 1) % 3] + s.abs_C[i][(j + 2) % 3]) + all<Pack>(8 * kU);
+      const Pack sine = sine_bound(s, i, j);
       const MaskOf<Pack> parallel = (s.abs_C[i][j] > all<Pack>(0.5)) & (sine < all<Pack>(kNearlyParallel));
-      turn += select<Pack>(parallel, sine + defect, Pack{});
-      slack = select<Pack>(parallel, slack, least(slack, s.cross[i][j]));
+      edges.add(s.cross[i][j], parallel, sine, close.defect);
     }
   }
-  const MaskOf<Pack> separated = lowest < -margin;
-  margin += (all<Pack>(8.0) * turn) * s.size;
-  return {separated & s.ordinary, (slack > margin) & s.ordinary};
+  const MaskOf<Pack> separated = lowest < -close.margin;
+  return {separated & s.ordinary, edges.overlap(close.margin, s.size) & s.ordinary};
 }
 
 /// Both passes, the second where the first leaves a lane open.
@@ -205,13 +245,19 @@ TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_box_lanes(const BoxLanes<Pack>& A, 
   BoxSlacks<Pack> s;
   find_slacks(A, B, s);
   const Pack margin = all<Pack>(kCoarse) * s.size + all<Pack>(kPositionRoundoffs * kU) * s.position;
-  Pack slack = s.face;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) slack = least(slack, s.cross[i][j]);
+  const Pack slack = least_slack(s);
   const LaneVerdicts<Pack> coarse = {(slack < -margin) & s.ordinary, (slack > margin) & s.ordinary};
   if (bits(~(coarse.separated | coarse.overlapping)) == 0) return coarse;
   const LaneVerdicts<Pack> close = certify_box_lanes_closely(A, B, s, slack);
   return {coarse.separated | close.separated, coarse.overlapping | close.overlapping};
+}
+
+/// With the bits of world_vertices(): the vertex on the sides that `sign` names.
+template <class Pack>
+TOUCHSTONE_INLINE Vector3Of<Pack> box_vertex(const Vector3Of<Pack> (&axis)[3], const Pack (&half)[3],
+                                             const Vector3Of<Pack>& p, const Pack (&sign)[3]) {
+  return (((sign[0] * half[0]) * axis[0] + (sign[1] * half[1]) * axis[1]) + (sign[2] * half[2]) * axis[2]) +
+         p;
 }
 
 /// One pair, in all lanes.

@@ -50,10 +50,7 @@ struct BoxSolid : DepthSolid<Pack> {
 
   /// With the bits of world_vertices().
   TOUCHSTONE_INLINE Vector3Of<Pack> vertex(const Pack (&sign)[3]) const {
-    return (((sign[0] * this->half[0]) * this->direction[0] +
-             (sign[1] * this->half[1]) * this->direction[1]) +
-            (sign[2] * this->half[2]) * this->direction[2]) +
-           this->p;
+    return box_vertex<Pack>(this->direction, this->half, this->p, sign);
   }
 };
 

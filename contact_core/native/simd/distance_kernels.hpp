@@ -85,18 +85,6 @@ TOUCHSTONE_INLINE void add_where(MaskOf<Pack> mask, const Vector3Of<Pack>& p, Ve
   to.z = (Pack)((Mask)to.z | (mask & (Mask)p.z));
 }
 
-template <class Pack>
-TOUCHSTONE_INLINE Wide<Pack> operator+(const Wide<Pack>& x, const Wide<Pack>& y) {
-  const Wide<Pack> sum = exact_sum(x.high, y.high);
-  return exact_sum(sum.high, sum.low + (x.low + y.low));
-}
-
-template <class Pack>
-TOUCHSTONE_INLINE Wide<Pack> operator*(const Wide<Pack>& x, Pack y) {
-  const Wide<Pack> product = exact_product(x.high, y);
-  return exact_sum(product.high, product.low + x.low * y);
-}
-
 /// c + part * g with about 100 bits, part = 1, -1 or any.
 template <class Pack>
 TOUCHSTONE_INLINE void add_wide(Pack part, const Vector3Of<Pack>& g, Wide<Pack> (&c)[3]) {

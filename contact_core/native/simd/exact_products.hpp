@@ -57,6 +57,66 @@ TOUCHSTONE_INLINE Wide<Pack> exact_product(Pack x, Pack y) {
   return {product, (Pack)(counts & (MaskOf<Pack>)product_error(x, y, product))};
 }
 
+/// To 8 u^2 |x y|: 2 u^2 of it by each product with a low part and their sum, 3 u^2 by adding that to the
+/// product's own error, u^2 by the low parts' product, left out. Low parts are u of high ones at most.
+template <class Pack>
+TOUCHSTONE_INLINE Wide<Pack> operator*(const Wide<Pack>& x, const Wide<Pack>& y) {
+  const Wide<Pack> product = exact_product(x.high, y.high);
+  return exact_sum(product.high, product.low + (x.high * y.low + x.low * y.high));
+}
+
+/// To 4 u^2 |x y|: u^2 by the low part's product, 2 u^2 by adding that to the high one's error.
+template <class Pack>
+TOUCHSTONE_INLINE Wide<Pack> operator*(const Wide<Pack>& x, Pack y) {
+  const Wide<Pack> product = exact_product(x.high, y);
+  return exact_sum(product.high, product.low + x.low * y);
+}
+
+/// To 3 u^2 (|x| + |y|): u^2 by the low parts' sum, 2 u^2 by adding that to the error of the high ones'.
+template <class Pack>
+TOUCHSTONE_INLINE Wide<Pack> operator+(const Wide<Pack>& x, const Wide<Pack>& y) {
+  const Wide<Pack> sum = exact_sum(x.high, y.high);
+  return exact_sum(sum.high, sum.low + (x.low + y.low));
+}
+
+template <class Pack>
+TOUCHSTONE_INLINE Wide<Pack> operator-(const Wide<Pack>& x, const Wide<Pack>& y) {
+  return x + Wide<Pack>{-y.high, -y.low};
+}
+
+template <class Pack>
+struct WideVector {
+  Wide<Pack> x, y, z;
+
+  TOUCHSTONE_INLINE Vector3Of<Pack> high() const { return {x.high, y.high, z.high}; }
+};
+
+/// Exact.
+template <class Pack>
+TOUCHSTONE_INLINE WideVector<Pack> wide_difference(const Vector3Of<Pack>& p, const Vector3Of<Pack>& q) {
+  return {exact_sum(p.x, -q.x), exact_sum(p.y, -q.y), exact_sum(p.z, -q.z)};
+}
+
+template <class Pack>
+TOUCHSTONE_INLINE WideVector<Pack> cross(const WideVector<Pack>& p, const WideVector<Pack>& q) {
+  return {p.y * q.z - p.z * q.y, p.z * q.x - p.x * q.z, p.x * q.y - p.y * q.x};
+}
+
+template <class Pack>
+TOUCHSTONE_INLINE WideVector<Pack> operator+(const WideVector<Pack>& p, const WideVector<Pack>& q) {
+  return {p.x + q.x, p.y + q.y, p.z + q.z};
+}
+
+template <class Pack>
+TOUCHSTONE_INLINE WideVector<Pack> operator*(const WideVector<Pack>& p, Pack s) {
+  return {p.x * s, p.y * s, p.z * s};
+}
+
+template <class Pack>
+TOUCHSTONE_INLINE Wide<Pack> dot(const WideVector<Pack>& p, const WideVector<Pack>& q) {
+  return (p.x * q.x + p.y * q.y) + p.z * q.z;
+}
+
 /// p x - q y to about one rounding, however much cancels.
 template <class Pack>
 TOUCHSTONE_INLINE Pack difference_of_products(Pack p, Pack x, Pack q, Pack y) {

@@ -11,6 +11,7 @@
 #include "touchstone/contact_core/native/simd/mpr_kernels.hpp"
 #include "touchstone/contact_core/native/simd/pair_facets.hpp"
 #include "touchstone/contact_core/native/simd/parallelepiped_kernels.hpp"
+#include "touchstone/contact_core/native/simd/touching_boxes.hpp"
 
 // The table of one instruction set: included by kernels_<isa>.cpp only.
 
@@ -33,6 +34,14 @@ struct Table {
   static void certify_boxes(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
                             std::size_t count, Certified* out) {
     certify_boxes_inline<Pack>(poses, shapes, pairs, count, out);
+  }
+
+  static void certify_touching_boxes(const PoseRecord* poses, const BoxRecord* shapes,
+                                     const PairIndices* pairs, std::size_t count, Certified* out) {
+    if (count == 1)
+      certify_touching_boxes_inline<Double2>(poses, shapes, pairs, count, out);
+    else
+      certify_touching_boxes_inline<Pack>(poses, shapes, pairs, count, out);
   }
 
   static void certify_parallelepipeds(const PoseRecord* poses, const Parallelepiped* shapes,
@@ -121,6 +130,7 @@ struct Table {
             .lanes = Traits<Pack>::lanes,
             .certify_box_pair = certify_box_pair,
             .certify_boxes = certify_boxes,
+            .certify_touching_boxes = certify_touching_boxes,
             .certify_parallelepipeds = certify_parallelepipeds,
             .certify_by_mpr = certify_by_mpr,
             .certify_by_axis = certify_by_axis,

@@ -1,5 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/native/overlap/overlap.hpp"
 #include "touchstone/contact_core/native/simd/kernels.hpp"
@@ -134,6 +137,127 @@ TEST(NativeKernels, TheSecondPassOverBoxesIsRightOnEveryInstructionSet) {
     if (k == 0) first = close;
     EXPECT_EQ(close, first);
   }
+}
+
+/// A box's axes in the world such that axis j is `along` and `outwards`, across it, lies between the two
+/// others, at `angle` to the first of them.
+Matrix3 frame_about_edge(int j, const Vector3& along, const Vector3& outwards, double angle) {
+  const Vector3 beside = cross(outwards, along);
+  Matrix3 R;
+  R.col(j) = along;
+  R.col((j + 1) % 3) = std::cos(angle) * outwards + std::sin(angle) * beside;
+  R.col((j + 2) % 3) = std::sin(angle) * outwards - std::cos(angle) * beside;
+  return R;
+}
+
+/// On the edge along axis j that lies outermost along the two other axes.
+Vector3 on_outer_edge(const Hexahedron& box, int j, double along) {
+  Vector3 p = box.half_extents();
+  p(j) *= along;
+  return p;
+}
+
+Vector3 unit(const Vector3& v) { return v / norm(v); }
+
+/// Boxes of which an edge meets one of the other within roundings, at a sine of 1 to 2^-52: anywhere along
+/// both edges and a little beyond their ends, seen along any direction between the edges' faces and a little
+/// beyond.
+Crowd make_crossing_edges(int count) {
+  Random random(45);
+  Crowd out;
+  for (int i = 0; i < count; ++i) {
+    const auto box = [&] { return random.below(4) == 0 ? random.slab_or_needle() : random.box(); };
+    const auto place = [&] { return random.uniform(-1.05, 1.05); };
+    const auto angle = [&] { return random.uniform(-0.02, 1.59); };
+    const Hexahedron a = box(), b = box();
+    const int edge_a = random.below(3), edge_b = random.below(3);
+    // A's edge, and a direction outwards there.
+    const Vector3 along = unit(random.vector(1.0));
+    const Vector3 outwards = unit(cross(along, random.vector(1.0)));
+    Pose X_WA;
+    X_WA.R = frame_about_edge(edge_a, along, outwards, angle());
+    X_WA.p = random.vector(random.below(3) == 0 ? 1000.0 : 0.5);
+    // B's edge, turned about that direction.
+    const double sine = std::ldexp(random.below(2) == 0 ? 1.0 : -1.0, -random.below(53));
+    const Vector3 turned = std::sqrt(1.0 - sine * sine) * along + sine * cross(outwards, along);
+    Pose X_WB;
+    X_WB.R = frame_about_edge(edge_b, unit(turned), -outwards, angle());
+    const double gap =
+        0x1p-53 * (random.below(5) - 2) * std::ldexp(1.0, random.below(3) == 0 ? random.below(20) : 0);
+    X_WB.p = (transform(X_WA, on_outer_edge(a, edge_a, place())) + gap * outwards) -
+             rotate(X_WB.R, on_outer_edge(b, edge_b, place()));
+    out.add(a, X_WA, b, X_WB);
+  }
+  return out;
+}
+
+/// Turned about axis k by twice the angle of this tangent: what is no cosine or sine is exactly 0 or 1.
+Matrix3 turn_about(int k, double tangent) {
+  const double d = 1.0 + tangent * tangent, c = (1.0 - tangent * tangent) / d, s = 2.0 * tangent / d;
+  Matrix3 R = Matrix3::Identity();
+  const int x = (k + 1) % 3, y = (k + 2) % 3;
+  R(x, x) = R(y, y) = c, R(y, x) = s, R(x, y) = -s;
+  return R;
+}
+
+/// Boxes one on the other along an axis of the world, within an ulp, and beside each other by 2^-20 to 2^-52
+/// at most, where not well within reach.
+Crowd make_flush_along_the_world(int count) {
+  Random random(46);
+  Crowd out;
+  for (int i = 0; i < count; ++i) {
+    const Hexahedron a = random.box(), b = random.box();
+    const int k = random.below(3), x = (k + 1) % 3;
+    const auto turn = [&] { return turn_about(k, random.below(3) == 0 ? 0.0 : random.uniform(-1.0, 1.0)); };
+    const Pose X_WA{turn(), random.vector(std::ldexp(1.0, random.below(12)))};
+    Pose X_WB{turn(), X_WA.p};
+    // Beside one of A's faces.
+    Vector3 offset = random.uniform(-0.9, 0.9) * a.half_extents()((x + 1) % 3) * X_WA.R.col((x + 1) % 3);
+    const Vector3 n = X_WA.R.col(x);
+    const Vector3 reach = b.half_extents();
+    double beside = a.half_extents()(x);
+    for (int m = 0; m < 3; ++m) beside += reach(m) * std::abs(dot(n, X_WB.R.col(m)));
+    const double gap = std::ldexp(random.uniform(-1.0, 1.0), -20 - random.below(33));
+    offset += (random.below(2) == 0 ? beside + gap : random.uniform(-1.0, 1.0) * beside) * n;
+    X_WB.p += offset;
+    const double up = random.below(2) == 0 ? 1.0 : -1.0;
+    X_WB.p(k) = X_WA.p(k) + up * (a.half_extents()(k) + b.half_extents()(k));
+    if (random.below(3) == 0) X_WB.p(k) = std::nextafter(X_WB.p(k), X_WB.p(k) + up * (random.below(2) - 0.5));
+    out.add(a, X_WA, b, X_WB);
+  }
+  return out;
+}
+
+/// Returns how many pairs are left unknown.
+int count_left_by_touching_kernels(const Crowd& crowd) {
+  const native::SolidSet set = native::make_solid_set(crowd.solids);
+  std::vector<native::PairIndices> pairs;
+  for (const SolidPair& pair : crowd.pairs) pairs.push_back({pair.a, pair.b});
+  std::vector<Certified> first, found(pairs.size());
+  const native::KernelList& list = native::available_kernels();
+  for (int k = 0; k < list.count; ++k) {
+    SCOPED_TRACE(list.of[k]->isa);
+    list.of[k]->certify_touching_boxes(records(crowd), set.boxes.data(), pairs.data(), pairs.size(),
+                                       found.data());
+    if (k == 0) first = found;
+    EXPECT_EQ(found, first);
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      Certified alone{};
+      list.of[k]->certify_touching_boxes(records(crowd), set.boxes.data(), &pairs[i], 1, &alone);
+      EXPECT_EQ(alone, found[i]) << i;
+      if (found[i] == Certified::unknown) continue;
+      EXPECT_EQ(found[i] == Certified::overlapping, crowd.meet[i]) << i;
+    }
+  }
+  return static_cast<int>(std::count(first.begin(), first.end(), Certified::unknown));
+}
+
+TEST(NativeKernels, CrossingEdgesAreDecidedRightOnEveryInstructionSet) {
+  EXPECT_LT(count_left_by_touching_kernels(make_crossing_edges(20000)), 9000);
+}
+
+TEST(NativeKernels, BoxesFlushAlongTheWorldAreDecidedRightOnEveryInstructionSet) {
+  EXPECT_LT(count_left_by_touching_kernels(make_flush_along_the_world(20000)), 4000);
 }
 
 TEST(NativeKernels, BatchesAndSinglePairsAreRightOnEveryInstructionSet) {
