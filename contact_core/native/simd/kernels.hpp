@@ -149,8 +149,8 @@ struct Kernels {
   /// rounding, or nearly touch along edges at a small angle.
   void (*certify_boxes)(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
                         std::size_t count, Certified* out);
-  /// Of pairs that these leave open: with finer margins, and exactly where boxes lie flush across an axis of
-  /// the world or edges cross; see touching_boxes.hpp.
+  /// Of pairs that these leave open: all but those that touch along a face, in a vertex or, to rounding, at
+  /// an edge's end. Boxes flush across an axis of the world are among those decided; see touching_boxes.hpp.
   void (*certify_touching_boxes)(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
                                  std::size_t count, Certified* out);
   /// As certify_parallelepipeds (parallelepiped_overlap.hpp).

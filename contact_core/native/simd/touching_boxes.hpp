@@ -2,7 +2,7 @@
 
 #include "touchstone/contact_core/native/simd/depth_axes.hpp"
 
-// Boxes that the margins of box_kernels.hpp leave open: they touch, but for rounding. Three certificates, in
+// Boxes that the margins of box_kernels.hpp leave open: they touch, but for rounding. Four certificates, in
 // lanes; notation stands in box_box_overlap.cpp. m: the second pass's margin there.
 //
 // Edges left out. Any axis across two edges may be left out for the price that is named there, so here all
@@ -19,9 +19,10 @@
 // are), and two rectangles overlap by more than these where the slacks of the four other face axes exceed m.
 // Where all three axes of both boxes are the world's, the hulls are boxes and comparing is all.
 //
-// Crossing edges. The only axis with a slack not above m spans edge a0 a1 of A, b0 b1 of B. E_A = a1 - a0,
-// E_B = b1 - b0 of the world's vertices as doubles, n = E_A x E_B, N = n / |n|, oriented either way; A_k,
-// B_l: the boxes' other axes, with the signs that make a0 and b0 the supporting vertices. Let
+// Crossing edges. The open axes, those with a slack not above m, name an edge a0 a1 of A and b0 b1 of B; a
+// bad guess certifies nothing. E_A = a1 - a0, E_B = b1 - b0 of the world's vertices as doubles, n = E_A x
+// E_B, N = n / |n|, oriented either way; A_k, B_l: the boxes' other axes, with the signs that make a0 and b0
+// the supporting vertices. Let
 //   (1) N . A_k >= kAcross and -N . B_l >= kAcross, kAcross = 2^-10,
 //   (2) all half-extents be at least kThick (size + P), kThick = 2^-33.
 // A vertex that an edge along A_k joins to a0 is a0 - 2 half_k A_k but for 64 u (size + P) = 2^-47 (size +
@@ -47,9 +48,28 @@
 // u^2 M |r|_1 for n's error and 14 u^2 * 2 M |r|_1 for products and sums. kWide = 64 u^2 times M |r|_1 +
 // |n|_inf R covers it. Products below 2^-960 count as exact: with M >= kLeastArea and magnitudes below 2^121
 // that is less than kLeastVolume = 2^-880 in all. The feet are alpha = (w x E_B) . n / |n|^2, beta = (w x
-// E_A) . n / |n|^2. Their numerators are off by 22 u^2 |w|_1 |E|_inf |n| for the first product, as n is, by
-// |s| |E| 38 u^2 M for n's own error (w x E_B = alpha n + s N x E_B), and by a few u of alpha |n|^2 and the
-// like, which kInside swallows: by less than kWide |E|_1 (|w|_1 + M |s| / |n|) / |n|, and 2^-40.
+// E_A) . n / |n|^2. As w x E_B = alpha n + s N x E_B, what is computed is off by 22 u^2 |w|_1 |E|_inf / |n|
+// for the first product, 38 u^2 M |s| |E| / |n|^2 for n's own error, and kFootRoundoffs = 8 u of alpha, which
+// kInside swallows, and of |s| |E| / |n|: by kWide |E|_1 (|w|_1 + M |s| / |n|) / |n| + 8 u |E|_1 |s| / |n| at
+// most.
+//
+// Parallel edges: as near as rounding tells, so that E_A x E_B is no normal of either box. Two open faces
+// meet at the ridge of W = B - A from r0 = b0 - a1 to b1 - a0, B's edge turned to lead as A's does; D is the
+// difference, g1 and g2 lead from r0 to two more points b - a of vertices, one along each of the faces.
+//  - With -r0 = lambda D + y1 g1 + y2 g2 the origin is in the tetrahedron r0, r0 + D, r0 + g1, r0 + g2 of
+//  points
+//    of W, and the hulls meet, where y1, y2 and lambda are not negative and add up to 1 at most. y1 = (D x
+//    g2) . r0 / V, y2 = -(D x g1) . r0 / V, V = D . (g1 x g2). Asked is (5) y1, y2 > 0 by more than their
+//    errors, (6) y1 and y2 <= kShallow, (7) y1 |g1|_1 + y2 |g2|_1 <= kShallow |D|_inf, so that lambda is -r0
+//    . D / |D|^2 but for kShallow, and (8) that this is in [kInside, 1 - kInside].
+//  - The hulls are apart along N, whatever it is, where both ends of B's edge lie above both of A's, by exact
+//    differences, and (1) and (2) hold. N is the part across D of one face's normal, tilted by kTilt towards
+//    the other's: kAcross and more away from the faces that bound such directions.
+// Rounding: D is off by 3 u^2 (|E_A| + |E_B|), so by 8 u^2 |D|_inf a coordinate, as the edges lead the same
+// way; with G = |D|_inf |g|_1 a coordinate of D x g is off by 8 u^2 G for that, 8 u^2 G for its products and
+// 3 u^2 G for their difference; its product with r0 then by 19 u^2 G |r0|_1 and 14 u^2 G |r0|_1, below kWide.
+// V is certain where |V| >= kAcross |D|_inf |g1|_1 |g2|_1. N is the sum of two doubles as computed, exactly;
+// N . w is off by 14 u^2 |N|_inf |w|_1. Underflow as above.
 
 namespace touchstone::native::TOUCHSTONE_ISA {
 
@@ -61,6 +81,10 @@ constexpr double kWide = 64 * kU * kU;
 constexpr double kLeastVolume = 0x1p-880;
 constexpr double kLeastArea = 0x1p-400;
 constexpr double kSine = 0x1p-60;
+constexpr double kFootRoundoffs = 8;
+/// At larger angles edges touch at one point, and no other axis is open there.
+constexpr double kNearEdges = 0x1p-20;
+constexpr double kTilt = 0x1p-6;
 
 // ---- Edges left out
 
@@ -122,25 +146,34 @@ TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_along_the_world(const BoxLanes<Pack
   return {out.separated & s.ordinary, (out.overlapping | all_meet) & s.ordinary};
 }
 
-// ---- Crossing edges
+// ---- Edges
 
 /// The edge of a box that lies outermost along n among those along one axis.
 template <class Pack>
 struct OuterEdge {
   Vector3Of<Pack> from, to;
   Pack sign[3];
+  MaskOf<Pack> is_along[3];
 
   TOUCHSTONE_INLINE OuterEdge(const BoxLanes<Pack>& box, const OneOfThree<Pack>& along,
-                              const Vector3Of<Pack>& n) {
-    const MaskOf<Pack> is_along[3] = {along.first, ~along.first & along.second,
-                                      ~(along.first | along.second)};
-    Pack low[3], high[3];
-    for (int k = 0; k < 3; ++k) {
-      sign[k] = is_along[k] ? Pack{} : (dot(n, box.axis[k]) >= Pack{} ? all<Pack>(1.0) : all<Pack>(-1.0));
-      low[k] = is_along[k] ? all<Pack>(-1.0) : sign[k], high[k] = is_along[k] ? all<Pack>(1.0) : sign[k];
-    }
-    from = box_vertex<Pack>(box.axis, box.half, box.p, low);
-    to = box_vertex<Pack>(box.axis, box.half, box.p, high);
+                              const Vector3Of<Pack>& n)
+      : is_along{along.first, ~along.first & along.second, ~(along.first | along.second)} {
+    for (int k = 0; k < 3; ++k) sign[k] = dot(n, box.axis[k]) >= Pack{} ? all<Pack>(1.0) : all<Pack>(-1.0);
+    from = end(box, all<Pack>(-1.0)), to = end(box, all<Pack>(1.0));
+  }
+
+  TOUCHSTONE_INLINE Vector3Of<Pack> end(const BoxLanes<Pack>& box, Pack side) const {
+    Pack at[3];
+    for (int k = 0; k < 3; ++k) at[k] = is_along[k] ? side : sign[k];
+    return box_vertex<Pack>(box.axis, box.half, box.p, at);
+  }
+
+  /// From that end away from the edge, within the face along axis `face`.
+  TOUCHSTONE_INLINE Vector3Of<Pack> beside(const BoxLanes<Pack>& box, Pack side,
+                                           const MaskOf<Pack> (&face)[3]) const {
+    Pack at[3];
+    for (int k = 0; k < 3; ++k) at[k] = is_along[k] ? side : (face[k] ? sign[k] : -sign[k]);
+    return box_vertex<Pack>(box.axis, box.half, box.p, at);
   }
 
   /// Whether n leads outwards by kAcross from both faces at the edge.
@@ -148,27 +181,75 @@ struct OuterEdge {
                                               Pack length) const {
     MaskOf<Pack> out = ~MaskOf<Pack>{};
     for (int k = 0; k < 3; ++k)
-      out &= (sign[k] == Pack{}) | (sign[k] * dot(n, box.axis[k]) >= all<Pack>(kAcross) * length);
+      out &= is_along[k] | (sign[k] * dot(n, box.axis[k]) >= all<Pack>(kAcross) * length);
     return out;
   }
 };
 
-/// The only axis with a slack that is not above the margin, if it is one across two edges.
+/// A face axis whose slack is not above the margin, from A to B.
 template <class Pack>
-struct OnlyOpenAxis {
+struct OpenFace {
+  MaskOf<Pack> found = MaskOf<Pack>{}, is_b = MaskOf<Pack>{};
+  MaskOf<Pack> axis[3] = {};  // of A's or B's
+  Vector3Of<Pack> n = {Pack{}, Pack{}, Pack{}};
+
+  TOUCHSTONE_INLINE void set(MaskOf<Pack> where, bool of_b, int k, const Vector3Of<Pack>& n_of) {
+    found |= where;
+    if (of_b) is_b |= where;
+    axis[k] |= where;
+    n = select<Pack>(where, n_of, n);
+  }
+};
+
+/// Which edges touch, judged by the axes with a slack that is not above the margin: those that the only such
+/// axis spans, or the two nearest to parallel; and the first two of the faces there.
+template <class Pack>
+struct TouchingEdges {
   MaskOf<Pack> found;
   Pack code = Pack{};  // as AxisSearch::code
+  OpenFace<Pack> face[2];
+  Vector3Of<Pack> n;  // about from A to B
 
-  TOUCHSTONE_INLINE OnlyOpenAxis(const BoxSlacks<Pack>& s, Pack margin) {
-    Pack count{};
+  TOUCHSTONE_INLINE TouchingEdges(const BoxLanes<Pack>& A, const BoxLanes<Pack>& B, const BoxSlacks<Pack>& s,
+                                  Pack margin) {
+    // Open axes across edges, and the edges nearest to parallel.
+    Pack count{}, open{}, least_sine = all<Pack>(1.0);
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j < 3; ++j) {
         const MaskOf<Pack> is_clear = s.cross[i][j] > margin;
         count += is_clear ? Pack{} : all<Pack>(1.0);
-        code = is_clear ? code : all<Pack>(6 + 3 * i + j);
+        open = is_clear ? open : all<Pack>(6 + 3 * i + j);
+        const Pack sine = sine_bound(s, i, j);
+        code = sine < least_sine ? all<Pack>(6 + 3 * i + j) : code;
+        least_sine = least(sine, least_sine);
       }
     }
-    found = (s.face > margin) & (count == all<Pack>(1.0)) & s.ordinary;
+    // Open faces.
+    const Vector3Of<Pack> T = B.p - A.p;
+    for (int k = 0; k < 3; ++k) {
+      add_face(~(s.face_a[k] > margin), false, k, A.axis[k], T);
+      add_face(~(s.face_b[k] > margin), true, k, B.axis[k], T);
+    }
+    // Whose edges touch, and a direction outwards there.
+    const MaskOf<Pack> is_only = (s.face > margin) & (count == all<Pack>(1.0));
+    // Two faces that look the same way lie flush, and have no edges to themselves.
+    const MaskOf<Pack> is_flush = face[1].found & (dot(face[0].n, face[1].n) > all<Pack>(1.0 - kAcross));
+    found = (is_only | (~is_flush & (least_sine < all<Pack>(kNearEdges)))) & s.ordinary;
+    code = is_only ? open : code;
+    const Vector3Of<Pack> L = accurate_cross(row_of(code).of(A.axis), column_of(code).of(B.axis));
+    n = select<Pack>(face[0].found, face[0].n + face[1].n, forward(L, T) * L);
+  }
+
+  TOUCHSTONE_INLINE static Pack forward(const Vector3Of<Pack>& axis, const Vector3Of<Pack>& T) {
+    return dot(axis, T) >= Pack{} ? all<Pack>(1.0) : all<Pack>(-1.0);
+  }
+
+  TOUCHSTONE_INLINE void add_face(MaskOf<Pack> is_open, bool of_b, int k, const Vector3Of<Pack>& axis,
+                                  const Vector3Of<Pack>& T) {
+    const Vector3Of<Pack> outwards = forward(axis, T) * axis;
+    const MaskOf<Pack> is_second = is_open & face[0].found & ~face[1].found;
+    face[0].set(is_open & ~face[0].found, of_b, k, outwards);
+    face[1].set(is_second, of_b, k, outwards);
   }
 };
 
@@ -183,22 +264,40 @@ TOUCHSTONE_INLINE MaskOf<Pack> is_inside(Pack foot, Pack error) {
   return (foot >= inside) & (foot <= all<Pack>(1.0) - inside);
 }
 
+/// Both edges as sums of two doubles, and whether (2) holds and their magnitudes are ordinary.
+template <class Pack>
+struct EdgePair {
+  OuterEdge<Pack> a, b;
+  WideVector<Pack> E_A, E_B;
+  Pack thin;
+  MaskOf<Pack> counts;
+
+  TOUCHSTONE_INLINE EdgePair(const BoxLanes<Pack>& A, const BoxLanes<Pack>& B, const BoxSlacks<Pack>& s,
+                             const TouchingEdges<Pack>& edges)
+      : a(A, row_of(edges.code), edges.n),
+        b(B, column_of(edges.code), all<Pack>(-1.0) * edges.n),
+        E_A(wide_difference(a.to, a.from)),
+        E_B(wide_difference(b.to, b.from)),
+        thin(least(least_half(A), least_half(B))) {
+    counts = edges.found & (thin >= all<Pack>(kThick) * (s.size + s.position)) &
+             (thin * thin >= all<Pack>(kLeastArea));
+  }
+};
+
+// ---- Crossing edges
+
 template <class Pack>
 TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_crossing_edges(const BoxLanes<Pack>& A, const BoxLanes<Pack>& B,
-                                                            const BoxSlacks<Pack>& s,
-                                                            const OnlyOpenAxis<Pack>& axis) {
-  // The edges, outermost along the axis from A to B.
-  const OneOfThree<Pack> row = row_of(axis.code), column = column_of(axis.code);
-  const Vector3Of<Pack> L = accurate_cross(row.of(A.axis), column.of(B.axis));
-  const Pack forward = dot(L, B.p - A.p) >= Pack{} ? all<Pack>(1.0) : all<Pack>(-1.0);
-  const OuterEdge<Pack> a(A, row, forward * L), b(B, column, (-forward) * L);
-  const WideVector<Pack> E_A = wide_difference(a.to, a.from), E_B = wide_difference(b.to, b.from),
-                         w = wide_difference(b.from, a.from);
+                                                            const EdgePair<Pack>& edges,
+                                                            const Vector3Of<Pack>& towards) {
+  const WideVector<Pack>&E_A = edges.E_A, &E_B = edges.E_B;
+  const WideVector<Pack> w = wide_difference(edges.b.from, edges.a.from);
   const Vector3Of<Pack> e_a = E_A.high(), e_b = E_B.high();
   const Pack M = largest(e_a) * largest(e_b), reach = sum(w.high());
   // Where they come nearest.
   const WideVector<Pack> normal = cross(E_A, E_B);
   const Vector3Of<Pack> n = normal.high();
+  const Pack forward = TouchingEdges<Pack>::forward(n, towards);
   const Pack length2 = dot(n, n), length = square_root(length2);
   const Pack alpha = dot(cross(w, E_B).high(), n) / length2, beta = dot(cross(w, E_A).high(), n) / length2;
   // The determinant, and the bound of its error.
@@ -206,18 +305,104 @@ TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_crossing_edges(const BoxLanes<Pack>
   const Pack volume = forward * dot(normal, r).high;
   const Pack terms = reach + magnitude(alpha) * sum(e_a) + magnitude(beta) * sum(e_b);
   const Pack error = all<Pack>(kWide) * (M * sum(r.high()) + largest(n) * terms) + all<Pack>(kLeastVolume);
-  // Whether it decides: (1), (2).
-  const Pack thin = least(least_half(A), least_half(B));
-  const MaskOf<Pack> counts = axis.found & (M >= all<Pack>(kLeastArea)) & (length >= all<Pack>(kSine) * M) &
-                              (thin >= all<Pack>(kThick) * (s.size + s.position)) &
-                              a.is_outermost(A, forward * n, length) &
-                              b.is_outermost(B, (-forward) * n, length);
+  // Whether it decides: (1).
+  const MaskOf<Pack> counts = edges.counts & (length >= all<Pack>(kSine) * M) &
+                              edges.a.is_outermost(A, forward * n, length) &
+                              edges.b.is_outermost(B, (-forward) * n, length);
   // And that they meet: (3), (4).
   const Pack depth = -volume / length;
-  const Pack turned = all<Pack>(kWide) * (reach + M * magnitude(depth) / length) / length;
+  const Pack moved = magnitude(depth);
+  const Pack turned =
+      (all<Pack>(kWide) * (reach + M * moved / length) + all<Pack>(kFootRoundoffs * kU) * moved) / length;
   const MaskOf<Pack> holds = is_inside<Pack>(alpha, turned * sum(e_b)) &
-                             is_inside<Pack>(beta, turned * sum(e_a)) & (depth <= all<Pack>(kShallow) * thin);
+                             is_inside<Pack>(beta, turned * sum(e_a)) &
+                             (depth <= all<Pack>(kShallow) * edges.thin);
   return {counts & (volume > error), counts & holds & (volume < -error)};
+}
+
+// ---- Parallel edges
+
+/// The ends of both edges, B's turned to lead as A's does, and the ridge of W between them.
+template <class Pack>
+struct Ridge {
+  Pack first_of_b;  // the side of b0
+  Vector3Of<Pack> a0, a1, b0, b1;
+  WideVector<Pack> r0, D;
+
+  TOUCHSTONE_INLINE explicit Ridge(const EdgePair<Pack>& edges) {
+    const MaskOf<Pack> same = dot(edges.E_A.high(), edges.E_B.high()) >= Pack{};
+    first_of_b = same ? all<Pack>(-1.0) : all<Pack>(1.0);
+    a0 = edges.a.from, a1 = edges.a.to;
+    b0 = select<Pack>(same, edges.b.from, edges.b.to), b1 = select<Pack>(same, edges.b.to, edges.b.from);
+    r0 = wide_difference(b0, a1);
+    D = edges.E_A + wide_difference(b1, b0);
+  }
+};
+
+/// Along a facet of W at the ridge, away from it.
+template <class Pack>
+TOUCHSTONE_INLINE WideVector<Pack> away_from_ridge(const BoxLanes<Pack>& A, const BoxLanes<Pack>& B,
+                                                   const EdgePair<Pack>& edges, const Ridge<Pack>& ridge,
+                                                   const OpenFace<Pack>& face) {
+  const Vector3Of<Pack> of_a = edges.a.beside(A, all<Pack>(1.0), face.axis),
+                        of_b = edges.b.beside(B, ridge.first_of_b, face.axis);
+  return wide_difference(select<Pack>(face.is_b, of_b, ridge.a1), select<Pack>(face.is_b, ridge.b0, of_a));
+}
+
+/// Whether both ends of B's edge lie above both of A's, along the part of `n` across the ridge.
+template <class Pack>
+TOUCHSTONE_INLINE MaskOf<Pack> is_apart_along(const BoxLanes<Pack>& A, const BoxLanes<Pack>& B,
+                                              const EdgePair<Pack>& edges, const Ridge<Pack>& ridge,
+                                              const Vector3Of<Pack>& n) {
+  const Vector3Of<Pack> h = cross(n, ridge.D.high());
+  const WideVector<Pack> N = cross(ridge.D, WideVector<Pack>{{h.x, Pack{}}, {h.y, Pack{}}, {h.z, Pack{}}});
+  const Vector3Of<Pack> high = N.high();
+  const Pack length = square_root(dot(high, high));
+  MaskOf<Pack> out = edges.counts & (length >= all<Pack>(kLeastArea)) &
+                     edges.a.is_outermost(A, high, length) &
+                     edges.b.is_outermost(B, all<Pack>(-1.0) * high, length);
+  const Vector3Of<Pack> a[2] = {ridge.a0, ridge.a1}, b[2] = {ridge.b0, ridge.b1};
+  for (int i = 0; i < 2; ++i) {
+    for (int j = 0; j < 2; ++j) {
+      const WideVector<Pack> w = wide_difference(b[j], a[i]);
+      out &= dot(N, w).high > all<Pack>(kWide) * largest(high) * sum(w.high()) + all<Pack>(kLeastVolume);
+    }
+  }
+  return out;
+}
+
+template <class Pack>
+TOUCHSTONE_INLINE MaskOf<Pack> holds_origin(const EdgePair<Pack>& edges, const Ridge<Pack>& ridge,
+                                            const WideVector<Pack>& g1, const WideVector<Pack>& g2) {
+  const Vector3Of<Pack> d = ridge.D.high(), e1 = g1.high(), e2 = g2.high(), r = ridge.r0.high();
+  // Where the origin lies, in terms of D, g1 and g2.
+  const Pack V = dot(d, cross(e1, e2));
+  const Pack y1 = dot(cross(ridge.D, g2), ridge.r0).high / V,
+             y2 = -dot(cross(ridge.D, g1), ridge.r0).high / V;
+  const Pack along = -dot(r, d) / dot(d, d);
+  // The bounds of errors, and (5) to (8).
+  const Pack size_1 = sum(e1), size_2 = sum(e2), size_d = largest(d), reach = sum(r);
+  const Pack unit = (all<Pack>(kWide) * size_d * reach) / magnitude(V);
+  const Pack least_y = all<Pack>(kLeastVolume) / magnitude(V);
+  return edges.counts & (magnitude(V) >= all<Pack>(kAcross) * size_d * size_1 * size_2) &
+         (y1 > unit * size_2 + least_y) & (y2 > unit * size_1 + least_y) & (y1 <= all<Pack>(kShallow)) &
+         (y2 <= all<Pack>(kShallow)) & (y1 * size_1 + y2 * size_2 <= all<Pack>(kShallow) * size_d) &
+         is_inside<Pack>(along, Pack{});
+}
+
+template <class Pack>
+TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_parallel_edges(const BoxLanes<Pack>& A, const BoxLanes<Pack>& B,
+                                                            const EdgePair<Pack>& edges,
+                                                            const OpenFace<Pack> (&face)[2]) {
+  const Ridge<Pack> ridge(edges);
+  const MaskOf<Pack> counts = face[1].found;
+  LaneVerdicts<Pack> out;
+  out.overlapping = counts & holds_origin(edges, ridge, away_from_ridge(A, B, edges, ridge, face[0]),
+                                          away_from_ridge(A, B, edges, ridge, face[1]));
+  const Pack tilt = all<Pack>(kTilt);
+  out.separated = counts & (is_apart_along(A, B, edges, ridge, face[0].n + tilt * face[1].n) |
+                            is_apart_along(A, B, edges, ridge, face[1].n + tilt * face[0].n));
+  return out;
 }
 
 // ---- All of them
@@ -240,9 +425,13 @@ TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_touching_lanes(const BoxLanes<Pack>
   const CloseMargin<Pack> close(A, B, s);
   LaneVerdicts<Pack> out =
       either(certify_without_open_edges(s, close), certify_along_the_world(A, B, s, close.margin));
-  const OnlyOpenAxis<Pack> axis(s, close.margin);
-  if (bits(~decided(out) & axis.found) == 0) return out;
-  return either(out, certify_crossing_edges(A, B, s, axis));
+  if (bits(~decided(out) & s.ordinary) == 0) return out;
+  const TouchingEdges<Pack> touching(A, B, s, close.margin);
+  if (bits(~decided(out) & touching.found) == 0) return out;
+  const EdgePair<Pack> edges(A, B, s, touching);
+  out = either(out, certify_crossing_edges(A, B, edges, touching.n));
+  if (bits(~decided(out) & touching.found & touching.face[1].found) == 0) return out;
+  return either(out, certify_parallel_edges(A, B, edges, touching.face));
 }
 
 template <class Pack>
