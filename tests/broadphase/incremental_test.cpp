@@ -87,6 +87,29 @@ TEST_P(IncrementalTest, AnyHistoryOfUpdatesGivesThePairsOfAFreshBuild) {
   }
 }
 
+/// Adds an object, or takes one out, or brings one in again. @param moved those that came in this frame.
+void change_one(Broadphase& broadphase, Scene& scene, std::vector<std::uint8_t>& is_static,
+                std::vector<std::uint8_t>& is_gone, std::mt19937_64& random,
+                std::vector<std::uint32_t>& moved) {
+  const std::uint32_t object = static_cast<std::uint32_t>(random() % (scene.trees.size() + 3));
+  if (object >= scene.trees.size()) {
+    const auto added = static_cast<std::uint32_t>(scene.trees.size());
+    scene.add({{"", Hexahedron::from_size({1, 2, 1}), {}}}, random_pose(random, 20));
+    is_static.push_back(random() % 4 == 0), is_gone.push_back(0);
+    ASSERT_TRUE(broadphase.set_object(added, &scene.trees.back(), is_static.back() != 0));
+    moved.push_back(added);
+  } else if (is_gone[object] == 0) {
+    is_gone[object] = 1;
+    ASSERT_TRUE(broadphase.set_object(object, nullptr, false));
+    std::erase(moved, object);
+  } else {
+    is_gone[object] = 0, is_static[object] = random() % 4 == 0;
+    scene.place(object, random_pose(random, 20));
+    ASSERT_TRUE(broadphase.set_object(object, &scene.trees[object], is_static[object] != 0));
+    moved.push_back(object);
+  }
+}
+
 // Objects come, go and come back as others, static or not, some of several solids, while others move; at
 // poses and on paths. Every solid's partners are those that the sweep pairs it with.
 void change_objects(const char* name, bool on_paths) {
@@ -98,25 +121,8 @@ void change_objects(const char* name, bool on_paths) {
   for (int frame = 0; frame < 150; ++frame) {
     // Objects come, go and come again.
     std::vector<std::uint32_t> moved;
-    for (int i = 0; frame > 0 && i < frame % 4; ++i) {
-      const std::uint32_t object = static_cast<std::uint32_t>(random() % (scene.trees.size() + 3));
-      if (object >= scene.trees.size()) {
-        const auto added = static_cast<std::uint32_t>(scene.trees.size());
-        scene.add({{"", Hexahedron::from_size({1, 2, 1}), {}}}, random_pose(random, 20));
-        is_static.push_back(random() % 4 == 0), is_gone.push_back(0);
-        ASSERT_TRUE(broadphase->set_object(added, &scene.trees.back(), is_static.back() != 0));
-        moved.push_back(added);
-      } else if (is_gone[object] == 0) {
-        is_gone[object] = 1;
-        ASSERT_TRUE(broadphase->set_object(object, nullptr, false));
-        std::erase(moved, object);
-      } else {
-        is_gone[object] = 0, is_static[object] = random() % 4 == 0;
-        scene.place(object, random_pose(random, 20));
-        ASSERT_TRUE(broadphase->set_object(object, &scene.trees[object], is_static[object] != 0));
-        moved.push_back(object);
-      }
-    }
+    for (int i = 0; frame > 0 && i < frame % 4; ++i)
+      change_one(*broadphase, scene, is_static, is_gone, random, moved);
     // Some of the others move.
     for (std::uint32_t object = 0; object < scene.trees.size(); ++object)
       if (is_gone[object] == 0 && random() % (frame % 7 == 0 ? 2 : 40) == 0)

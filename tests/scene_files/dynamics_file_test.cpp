@@ -413,18 +413,20 @@ TEST(DynamicsFile, ActionsBringInAndTakeOut) {
   EXPECT_TRUE(ends_with(gone, "latch: object 'b' is not in the world then")) << gone;
 }
 
+/// Three bodies, one of them a link; joints between bodies follow.
+const std::string kUpToJoints =
+    "dynamics:\n  step: 0.1\n"
+    "  bodies: [{object: a, kind: dynamic, mass: 1}, {object: b, kind: dynamic, mass: 1}, {object: c, "
+    "mass: 1}]\n"
+    "  mechanisms:\n    - name: m\n      joints:\n"
+    "        - {name: j, kind: revolute, child: c, position: [0, 0, 0], axis: [0, 0, 1], friction: 3, "
+    "damping: 0.5,\n"
+    "           rotor: 0.25, drive: {position: 90, stiffness: 10, damping: 2, limit: 7}}\n"
+    "  joints:\n";
+
 TEST(DynamicsFile, ReadsJointsBetweenBodiesLossesAndPositionDrives) {
-  const std::string start =
-      "dynamics:\n  step: 0.1\n"
-      "  bodies: [{object: a, kind: dynamic, mass: 1}, {object: b, kind: dynamic, mass: 1}, {object: c, "
-      "mass: 1}]\n"
-      "  mechanisms:\n    - name: m\n      joints:\n"
-      "        - {name: j, kind: revolute, child: c, position: [0, 0, 0], axis: [0, 0, 1], friction: 3, "
-      "damping: 0.5,\n"
-      "           rotor: 0.25, drive: {position: 90, stiffness: 10, damping: 2, limit: 7}}\n"
-      "  joints:\n";
   const physics::DynamicScene scene = loaded(
-      start +
+      kUpToJoints +
       "    - {name: door, kind: revolute, parent: a, child: b, position: [100, 0, 0], axis: [0, 0, 3],\n"
       "       limits: {position: [-90, 45], torque: 4}, friction: 1, drive: {rate: 6, limit: 2}}\n"
       "    - {name: grip, kind: fixed, parent: c, child: a, holds: false}\n"
@@ -463,18 +465,21 @@ TEST(DynamicsFile, ReadsJointsBetweenBodiesLossesAndPositionDrives) {
   EXPECT_TRUE(scene.actions[1].joint.is_of_bodies());
   EXPECT_EQ(scene.actions[2].kind, physics::SceneAction::Kind::part);
   EXPECT_NEAR(scene.answers[0].value.x(), 30 * kDegree, 1e-15);
-  // Bad ones are named with their lines.
-  EXPECT_EQ(error_of(start + "    - {name: x, kind: weld, child: a}\n"),
+}
+
+TEST(DynamicsFile, BadJointsBetweenBodiesAreNamedWithTheirLines) {
+  EXPECT_EQ(error_of(kUpToJoints + "    - {name: x, kind: weld, child: a}\n"),
             "24: joint 'x': kind: unknown kind 'weld'; known: fixed, revolute, prismatic, ball");
-  EXPECT_EQ(error_of(start + "    - {name: x, kind: ball, child: a, friction: 1}\n"),
+  EXPECT_EQ(error_of(kUpToJoints + "    - {name: x, kind: ball, child: a, friction: 1}\n"),
             "24: joint 'x': friction: only joints with an axis have any");
-  EXPECT_EQ(error_of(start + "    - {name: x, kind: fixed, child: d}\n"),
+  EXPECT_EQ(error_of(kUpToJoints + "    - {name: x, kind: fixed, child: d}\n"),
             "24: joint 'x': neither of the two is dynamic or a link");
+  EXPECT_EQ(error_of(kUpToJoints +
+                     "    - {name: x, kind: fixed, child: a}\n    - {name: x, kind: fixed, child: b}\n"),
+            "25: joint 'x' occurs twice");
   EXPECT_EQ(
-      error_of(start + "    - {name: x, kind: fixed, child: a}\n    - {name: x, kind: fixed, child: b}\n"),
-      "25: joint 'x' occurs twice");
-  EXPECT_EQ(error_of(start + "    - {name: x, kind: fixed, child: a}\n  actions: [{time: 0, join: m.j}]\n"),
-            "25: dynamics: actions: join: is no joint between bodies");
+      error_of(kUpToJoints + "    - {name: x, kind: fixed, child: a}\n  actions: [{time: 0, join: m.j}]\n"),
+      "25: dynamics: actions: join: is no joint between bodies");
 }
 
 }  // namespace
