@@ -12,19 +12,19 @@ set(folders_of_contact_core/world objects pairs model frame slide set_up)
 set(folders_of_physics solver bodies joints world contacts scene engine guarded)
 set(folders_of_physics/world groups rows islands step)
 set(folders_of_adapters exact fcl libccd bullet bullet_plugin bullet_dynamics dart_plugin mujoco mujoco_plugin mujoco_dynamics
-  ode ode_plugin ode_dynamics all cover_proof mesh_files robots urdf sdf mjcf scene_files cigi gltf recorder c_interface plugin
-  process_engine python)
+  ode ode_plugin ode_dynamics all cover_proof mesh_files robots urdf sdf mjcf robot_formats scene_files cigi gltf recorder
+  c_interface c_files plugin process_engine python)
 set(folders_of_examples measures program robot_files two_boxes stop_at_contact sliding_box own_backend first_table engine_check fit
   compare_backends training_run dynamics_run guarded_run station bench python)
 set(folders_of_examples/bench corpus capture site candidates)
 set(folders_of_examples/compare_backends judge run figures results diff fitted page cli)
 set(folders_of_examples/compare_backends/run workers shards sets scenes)
-set(folders_of_examples/measures common pairs truth runs accuracy)
+set(folders_of_examples/measures common pairs truth paths runs accuracy)
 set(folders_of_examples/program options terminal files plots)
 set(folders_of_examples/station flight exchange messages server)
 set(folders_of_examples/training_run setting flight results cli)
 set(folders_of_tests support backend_suite measures motion mechanism world proof physics fit compare_backends benchmarks bench
-  broadphase bullet bullet_plugin c_interface dart_plugin documentation dynamics_run edge_face engine_check engines exact fcl
+  broadphase bullet bullet_plugin c_interface c_files dart_plugin documentation dynamics_run edge_face engine_check engines exact fcl
   geometry guarded_run hard_cases install libccd mesh_files mjcf mujoco_plugin mujoco narrowphase native numerics ode ode_plugin
   outputs plugin process_engine python robots rounded scene scene_files sdf station station_page training urdf)
 set(folders_of_tests/proof pairs checks hash long_run corpus soak)
