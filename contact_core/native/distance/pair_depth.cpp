@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 
 #include "touchstone/contact_core/native/solids/pair_batch.hpp"
 
@@ -71,7 +72,12 @@ DepthRecord scaled_pair_depth(const SolidSet& set, const Kernels& kernels, const
 
 void prefetch_hull(const SolidSet& set, SolidIndex solid) {
   prefetch(set.vertices[solid]);
-  prefetch(set.solids[solid].hull->record);
+  // What a solid of six faces and twelve edges has.
+  const auto* const record = reinterpret_cast<const char*>(&set.solids[solid].hull->record);
+  for (std::size_t line = 0; line < offsetof(HullRecord, normals[1]); line += 64)
+    __builtin_prefetch(record + line);
+  for (std::size_t line = offsetof(HullRecord, edges); line < offsetof(HullRecord, edges[12]); line += 64)
+    __builtin_prefetch(record + line);
 }
 
 DepthRecord hull_depth(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,

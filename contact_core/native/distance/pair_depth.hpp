@@ -24,7 +24,7 @@ DepthRecord pair_depth(const SolidSet& set, const Kernels& kernels, const SolidP
 DepthRecord scaled_pair_depth(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
                               std::span<const Pose> poses);
 
-/// Fetches the 20 or so cache lines of a solid that hull_depth() and place() read.
+/// Fetches the 13 cache lines of most solids that hull_depth() and place() read.
 void prefetch_hull(const SolidSet& set, SolidIndex solid);
 
 /// The record of a placed pair of any kind; lengths and p_A are scaled and about its origin, as the pair is.

@@ -68,10 +68,19 @@ void finish_depth(const DepthRecord& record, bool about_origin, const PlacedPair
     penetration_along(placed.pair, distance);
 }
 
+/// Leaves room for the search's rounding, so that no pair just within the limit is withheld: world values
+/// decide later.
+double search_limit(const PlacedPair& placed, double limit) {
+  const double coordinate = std::max(largest_coordinate(placed.a_W), largest_coordinate(placed.b_W));
+  return placed.from_world(limit) +
+         (kSearchSlack * placed.pair.hulls.extent + placed.from_world(kPositionSlack * coordinate));
+}
+
 /// Distance, normal and p_A of a separated pair. False when its distance is above `limit`.
 bool finish_distance(const DistanceRecord& record, const Pose& X_WA, double limit, const PlacedPair& placed,
                      SignedDistance& distance) {
-  if (!is_valid_if_separated(record)) return separated_distance(placed.pair, limit, distance);
+  if (!is_valid_if_separated(record))
+    return separated_distance(placed.pair, search_limit(placed, limit), distance);
   distance = {placed.from_world(record.separation), vector_of(record.n),
               placed.from_world(Vector3(X_WA.p + vector_of(record.from_A)))};
   return true;
@@ -244,7 +253,7 @@ class PairEvaluation {
     SignedDistance distance;
     if (meet) {
       finish_depth(depth_, is_general(), placed_, distance);
-    } else if (!finish_distance(distance_, X_WA(), search_limit(), placed_, distance)) {
+    } else if (!finish_distance(distance_, X_WA(), input_.query.max_separation, placed_, distance)) {
       write_beyond(geometry);
       return status;
     }
@@ -266,14 +275,6 @@ class PairEvaluation {
     else
       write_manifold(placed_, distance, given_.swapped, input_.query, geometry, points);
     return status;
-  }
-
-  /// Leaves room for the search's rounding, so that no pair just within the limit is withheld: world values
-  /// decide later.
-  double search_limit() const {
-    const double coordinate = std::max(largest_coordinate(placed_.a_W), largest_coordinate(placed_.b_W));
-    return placed_.from_world(input_.query.max_separation) +
-           (kSearchSlack * placed_.pair.hulls.extent + placed_.from_world(kPositionSlack * coordinate));
   }
 
   const SolidSet& set_;

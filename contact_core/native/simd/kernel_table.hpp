@@ -17,11 +17,17 @@
 
 namespace touchstone::native::TOUCHSTONE_ISA {
 
+Double2 four_or(Double2);
+Double4 four_or(Double4);
+Double4 four_or(Double8);
+
 template <class Pack>
 struct Table {
   /// Verdicts, depths and distances of one pair take four of its axes or facets at a time. In two lanes the
   /// kernels of many pairs are faster, for one pair, too.
   static constexpr bool kHasFour = Traits<Pack>::lanes >= 4;
+  /// One pair of hulls, twice four vertices and six faces each, has no use for wider packs.
+  using OnePair = decltype(four_or(Pack{}));
 
   static Certified certify_box_pair(const PoseRecord& X_WA, const BoxRecord& a, const PoseRecord& X_WB,
                                     const BoxRecord& b) {
@@ -80,7 +86,7 @@ struct Table {
 
   static void compute_hull_depth(const HullView& a, const HullView& b, double extent, double position,
                                  DepthRecord* out) {
-    compute_hull_depth_inline<Pack>(a, b, extent, position, *out);
+    compute_hull_depth_inline<OnePair>(a, b, extent, position, *out);
   }
 
   template <bool accurate, template <class> class Kind, class Shape>

@@ -57,15 +57,26 @@ struct alignas(64) ParallelepipedEdges {
   double x[8], y[8], z[8];
 };
 
-/// The faces and edges of a solid's hull, by coordinate for the lanes; see find_features().
+/// An edge of a solid's hull: a cache line has two.
+struct HullEdge {
+  double direction[3];  ///< unit, along the first face's loop
+  std::uint8_t vertices[2];
+  std::uint8_t padding[6];
+};
+
+/// The faces and edges of a solid's hull; see find_features(). What most solids, of six faces and twelve
+/// edges, have comes first.
 struct alignas(64) HullRecord {
-  double normal_x[16], normal_y[16], normal_z[16];  ///< unit, outward
-  double edge_x[24], edge_y[24], edge_z[24];        ///< unit, along the first face's loop
-  std::uint32_t face_edges[12];                     ///< bit e: edge e bounds the face
-  std::uint8_t face_vertex[12];                     ///< one that lies on the face
-  std::uint8_t edge_vertices[18][2];
-  std::uint8_t edge_faces[18][2];
+  /// Outward unit normals of eight faces, by coordinate for the lanes.
+  struct Normals {
+    double x[8], y[8], z[8];
+  };
+
   std::uint8_t face_count, edge_count;
+  std::uint8_t face_vertex[12];  ///< one that lies on the face
+  std::uint8_t edge_faces[2][18];
+  alignas(64) Normals normals[2];
+  HullEdge edges[18];
 };
 
 /// A posed solid for compute_hull_depth.

@@ -391,18 +391,19 @@ HullRecord hull_record(const Hull& hull) {
     if (facet.leader != f) continue;
     const Vector3& n = facet.normal;
     face[f] = out.face_count++;
-    out.normal_x[face[f]] = n.x(), out.normal_y[face[f]] = n.y(), out.normal_z[face[f]] = n.z();
+    HullRecord::Normals& normals = out.normals[face[f] / 8];
+    const int lane = face[f] % 8;
+    normals.x[lane] = n.x(), normals.y[lane] = n.y(), normals.z[lane] = n.z();
     out.face_vertex[face[f]] = static_cast<std::uint8_t>(std::countr_zero(facet.mask));
   }
   for (const Edge& edge : hull.edges) {
     const int e = out.edge_count++;
     const Vector3 direction = direction_of(hull, edge.from, edge.to);
-    out.edge_x[e] = direction.x(), out.edge_y[e] = direction.y(), out.edge_z[e] = direction.z();
-    out.edge_vertices[e][0] = static_cast<std::uint8_t>(edge.from);
-    out.edge_vertices[e][1] = static_cast<std::uint8_t>(edge.to);
-    out.edge_faces[e][0] = face[hull.facets[edge.facet].leader];
-    out.edge_faces[e][1] = face[hull.facets[edge.other].leader];
-    for (const std::uint8_t f : out.edge_faces[e]) out.face_edges[f] |= 1u << e;
+    for (int k = 0; k < 3; ++k) out.edges[e].direction[k] = direction(k);
+    out.edges[e].vertices[0] = static_cast<std::uint8_t>(edge.from);
+    out.edges[e].vertices[1] = static_cast<std::uint8_t>(edge.to);
+    out.edge_faces[0][e] = face[hull.facets[edge.facet].leader];
+    out.edge_faces[1][e] = face[hull.facets[edge.other].leader];
   }
   return out;
 }

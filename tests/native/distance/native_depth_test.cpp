@@ -90,6 +90,21 @@ PosedSolids hard_pairs(std::uint64_t seed, int count) {
   return out;
 }
 
+/// Hexahedra of 12 to 18 edges that overlap, from a touch to deep inside.
+PosedSolids overlapping_hulls(std::uint64_t seed, int count) {
+  Random random(seed);
+  const auto solid = [&] { return random.below(2) == 0 ? random.tapered() : random.warped(); };
+  PosedSolids out;
+  for (int i = 0; i < count; ++i) {
+    const Hexahedron a = solid(), b = solid();
+    const Pose X_WA = random.pose(1.0);
+    Pose X_WB = random.pose(1.0);
+    X_WB.p = X_WA.p + random.vector(random.below(3) == 0 ? 0.2 : 0.9);
+    out.add(a, X_WA, b, X_WB);
+  }
+  return out;
+}
+
 struct Answers {
   std::vector<PairStatus> status;
   std::vector<PairGeometry> geometry;
@@ -237,6 +252,9 @@ TEST(NativeDepthKernels, EveryInstructionSetGivesTheGenericBits) {
   const auto boxes = pairs_of_kind(depth.data, set, native::SolidKind::box);
   const auto parallelepipeds = pairs_of_kind(depth.data, set, native::SolidKind::parallelepiped);
   const auto all = pairs_of_kind(depth.data, set, native::SolidKind::general);
+  const PosedSolids hulls = overlapping_hulls(7, 3000);
+  const DepthOf depth_of_bent{hulls};
+  const auto bent = pairs_of_kind(depth_of_bent.data, hulls, native::SolidKind::general);
   ASSERT_GT(boxes.size(), 800u);
   const native::Kernels& generic = *native::available_kernels().of[0];
   const auto box_records = depth.boxes(generic, boxes),
@@ -257,6 +275,8 @@ TEST(NativeDepthKernels, EveryInstructionSetGivesTheGenericBits) {
     }
     for (const native::PairIndices& pair : all)
       expect_same_bits(depth.hulls(generic, pair), depth.hulls(kernels, pair));
+    for (const native::PairIndices& pair : bent)
+      expect_same_bits(depth_of_bent.hulls(generic, pair), depth_of_bent.hulls(kernels, pair));
   }
 }
 
@@ -294,6 +314,38 @@ TEST(NativeDepthKernels, AgreeWithTheScalarRoadWhereTheyAnswer) {
     RecordProperty("asked" + std::to_string(method), asked[method]);
     RecordProperty("answered" + std::to_string(method), answered[method]);
   }
+}
+
+/// Whether n is no face's normal: then it is across an edge of each.
+bool is_across_edges(const native::PlacedPair& placed, const double (&n)[3]) {
+  const auto is_along = [&](const native::SolidFeatures& solid, const Matrix3& R) {
+    for (int f = 0; f < solid.normal_count; ++f)
+      if (std::abs(dot(rotate(R, solid.normals[f]), Vector3(n[0], n[1], n[2]))) > 1 - 1e-12) return true;
+    return false;
+  };
+  return !is_along(*placed.pair.a, placed.pair.R_WA) && !is_along(*placed.pair.b, placed.pair.R_WB);
+}
+
+TEST(NativeDepthKernels, PassOverNoEdgeThatHasTheDepth) {
+  const PosedSolids set = overlapping_hulls(6, 6000);
+  const DepthOf depth{set};
+  int across = 0, bent = 0;
+  for (const native::PairIndices& pair : pairs_of_kind(depth.data, set, native::SolidKind::general)) {
+    const native::PlacedPair placed = depth.placed(pair);
+    const DepthRecord record = depth.hulls(native::kernels(), pair);
+    if (record.certified != native::Certified::overlapping || record.known == native::DepthKnown::nothing)
+      continue;
+    // All faces and all pairs of edges, none left out.
+    const native::SeparationAxis axis = native::best_facet_axis(
+        placed.pair.hulls, *placed.pair.a, placed.pair.R_WA, *placed.pair.b, placed.pair.R_WB);
+    const double S = placed.pair.hulls.extent + norm(placed.origin_W);
+    ASSERT_NEAR(record.separation, axis.separation, 16 * native::kRoundoff * S);
+    if (!is_across_edges(placed, record.n)) continue;
+    ++across;
+    if (depth.data.solids[pair.a].hull->record.edge_count > 16) ++bent;
+  }
+  EXPECT_GT(across, 1000);
+  EXPECT_GT(bent, 300);
 }
 
 TEST(NativeDepthKernels, LeaveDoubtfulParallelEdgesToTheScalarRoad) {

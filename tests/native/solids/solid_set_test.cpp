@@ -48,20 +48,18 @@ TEST(SolidSet, BoxesOfAllSizesHaveTheHullThatTheyShare) {
     Vector3 size = random.vector(0.5, 2);
     for (int k = 0; k < 3; ++k) size(k) = std::ldexp(size(k), random.below(200) - 100);
     native::find_features(Hexahedron::from_size(size), &own);
+    const auto& normals = shared.normals[0];
     for (int f = 0; f < 6; ++f) {
-      EXPECT_EQ(shared.normal_x[f], own.normal_x[f]);
-      EXPECT_EQ(shared.normal_y[f], own.normal_y[f]);
-      EXPECT_EQ(shared.normal_z[f], own.normal_z[f]);
+      EXPECT_EQ(normals.x[f], own.normals[0].x[f]);
+      EXPECT_EQ(normals.y[f], own.normals[0].y[f]);
+      EXPECT_EQ(normals.z[f], own.normals[0].z[f]);
     }
     for (int e = 0; e < 12; ++e) {
-      EXPECT_EQ(shared.edge_x[e], own.edge_x[e]);
-      EXPECT_EQ(shared.edge_y[e], own.edge_y[e]);
-      EXPECT_EQ(shared.edge_z[e], own.edge_z[e]);
+      const auto &edge = shared.edges[e], &own_edge = own.edges[e];
+      EXPECT_TRUE(std::equal(edge.direction, edge.direction + 3, own_edge.direction));
+      EXPECT_TRUE(std::equal(edge.vertices, edge.vertices + 2, own_edge.vertices));
     }
-    EXPECT_TRUE(std::equal(shared.face_edges, shared.face_edges + 12, own.face_edges));
     EXPECT_TRUE(std::equal(shared.face_vertex, shared.face_vertex + 12, own.face_vertex));
-    EXPECT_TRUE(
-        std::equal(&shared.edge_vertices[0][0], &shared.edge_vertices[0][0] + 36, &own.edge_vertices[0][0]));
     EXPECT_TRUE(std::equal(&shared.edge_faces[0][0], &shared.edge_faces[0][0] + 36, &own.edge_faces[0][0]));
     EXPECT_EQ(shared.face_count, own.face_count);
     EXPECT_EQ(shared.edge_count, own.edge_count);
