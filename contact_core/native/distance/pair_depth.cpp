@@ -70,14 +70,19 @@ DepthRecord scaled_pair_depth(const SolidSet& set, const Kernels& kernels, const
   return record;
 }
 
-void prefetch_hull(const SolidSet& set, SolidIndex solid) {
+void prefetch_hull(const SolidSet& set, SolidIndex solid, bool depth, bool faces) {
+  const auto fetch = [](const void* from, std::size_t bytes) {
+    const auto* const first = static_cast<const char*>(from);
+    for (std::size_t line = 0; line < bytes; line += 64) __builtin_prefetch(first + line);
+  };
   prefetch(set.vertices[solid]);
+  const SolidHull& hull = *set.solids[solid].hull;
   // What a solid of six faces and twelve edges has.
-  const auto* const record = reinterpret_cast<const char*>(&set.solids[solid].hull->record);
-  for (std::size_t line = 0; line < offsetof(HullRecord, normals[1]); line += 64)
-    __builtin_prefetch(record + line);
-  for (std::size_t line = offsetof(HullRecord, edges); line < offsetof(HullRecord, edges[12]); line += 64)
-    __builtin_prefetch(record + line);
+  if (depth) {
+    fetch(&hull.record, offsetof(HullRecord, normals[1]));
+    fetch(hull.record.edges, 12 * sizeof(HullEdge));
+  }
+  if (faces) fetch(&hull.features, sizeof(int) + 7 * sizeof(HullFace));
 }
 
 DepthRecord hull_depth(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,

@@ -24,8 +24,9 @@ DepthRecord pair_depth(const SolidSet& set, const Kernels& kernels, const SolidP
 DepthRecord scaled_pair_depth(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
                               std::span<const Pose> poses);
 
-/// Fetches the 13 cache lines of most solids that hull_depth() and place() read.
-void prefetch_hull(const SolidSet& set, SolidIndex solid);
+/// Fetches of a solid what place() reads, and of its hull, where asked for, what hull_depth() and manifolds
+/// do.
+void prefetch_hull(const SolidSet& set, SolidIndex solid, bool depth, bool faces);
 
 /// The record of a placed pair of any kind; lengths and p_A are scaled and about its origin, as the pair is.
 /// @param furthest_pose largest |coordinate| of the two poses' positions, in the world: vertices that are far

@@ -291,9 +291,9 @@ class PairEvaluation {
   PlacedPair placed_;
 };
 
-void prefetch_general(const SolidSet& set, const SolidPair& pair) {
+void prefetch_general(const SolidSet& set, const SolidPair& pair, bool depth, bool faces) {
   if (kind_of(set, pair) != SolidKind::general) return;
-  prefetch_hull(set, pair.a), prefetch_hull(set, pair.b);
+  prefetch_hull(set, pair.a, depth, faces), prefetch_hull(set, pair.b, depth, faces);
 }
 
 /// Fetches the poses of a pair some iterations ahead: pairs are in no order that hardware could predict.
@@ -429,9 +429,18 @@ void compute_block(const SolidSet& set, const Kernels& kernels, const Narrowphas
   if (wants_distance(input.query))
     compute_hull_distances(set, kernels, input.poses, std::span(others.pairs).first(others.count),
                            records.distance.data());
+  // A pair's solids are fetched before its hulls, which they lead to.
+  constexpr std::size_t kSolidsAhead = 6, kHullsAhead = 2;
   for (std::size_t i = 0; i < others.count; ++i) {
-    if (i + 1 < others.count && (points || records.distance[i + 1].state != DistanceState::found))
-      prefetch_general(set, {others.pairs[i + 1].a, others.pairs[i + 1].b});
+    if (i + kSolidsAhead < others.count) {
+      const PairIndices& later = others.pairs[i + kSolidsAhead];
+      prefetch(set.solids[later.a]), prefetch(set.solids[later.b]);
+    }
+    if (const std::size_t next = i + kHullsAhead; next < others.count) {
+      const bool depth = records.distance[next].state != DistanceState::found;
+      if (depth || points)
+        prefetch_general(set, {others.pairs[next].a, others.pairs[next].b}, depth, points != nullptr);
+    }
     finish(others.slots[i], kNoDepth, records.distance[i], Certified::unknown);
   }
 }
@@ -452,7 +461,7 @@ DepthRecord single_pair_depth(const SolidSet& set, const Kernels& kernels, const
 
 PairStatus compute_single(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
                           PairGeometry& geometry, ContactPoint* points) {
-  prefetch_general(set, input.pairs[0]);
+  prefetch_general(set, input.pairs[0], true, points != nullptr);
   if (!has_finite_poses(input.pairs[0], input.poses)) return fail(geometry);
   const OrderedPair pair = ordered(set, input.pairs[0], input.poses);
   const DepthRecord record = single_pair_depth(set, kernels, pair.pair, input.poses);

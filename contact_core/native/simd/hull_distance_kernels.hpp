@@ -1,6 +1,7 @@
 #pragma once
 
 #include "touchstone/contact_core/native/simd/distance_kernels.hpp"
+#include "touchstone/contact_core/native/simd/hull_faces.hpp"
 #include "touchstone/contact_core/native/simd/mpr_kernels.hpp"
 
 // The distance of any two separated hulls of eight vertices, pairs in lanes: Gilbert, Johnson and
@@ -27,11 +28,23 @@ constexpr double kSearchRoundoffs = 2.0;
 /// projection_error() of a unit axis: |n|_1 < 2.
 constexpr double kDistanceRoundoffs = 24.0;
 
-template <class Pack>
+template <class Lanes>
 struct HullLanes {
+  using Pack = Lanes;
+
   VertexLanes<Pack> a, b;  // about A's first vertex
   Vector3Of<Pack> origin;  // that vertex, from A's origin, in world axes
   Pack extent;             // at least every |coordinate| of a and b
+  MaskOf<Pack> ordinary;
+};
+
+/// The same of one pair, its vertices in lanes.
+struct OneHullPair {
+  using Pack = Double2;
+
+  double a[24], b[24];  // x of eight, y of eight, z of eight
+  Vector3Of<Pack> origin;
+  Pack extent;
   MaskOf<Pack> ordinary;
 };
 
@@ -85,6 +98,94 @@ TOUCHSTONE_INLINE Pack least_along(const HullLanes<Pack>& pair, const Vector3Of<
   corner.a = highest(pair.a, axis, on_a);
   corner.w = highest(pair.b, back, on_b) - corner.a;
   return -(on_b + on_a);
+}
+
+template <class Pack>
+TOUCHSTONE_INLINE Vector3Of<Pack> vertex_of(const VertexLanes<Pack>& v, int i) {
+  return {v.x[i], v.y[i], v.z[i]};
+}
+
+template <class Pack>
+TOUCHSTONE_INLINE Pack separation_along(const HullLanes<Pack>& pair, const Vector3Of<Pack>& n) {
+  const auto along = [&n](const VertexLanes<Pack>& v, int i) {
+    return (n.x * v.x[i] + n.y * v.y[i]) + n.z * v.z[i];
+  };
+  Pack high = along(pair.a, 0), low = along(pair.b, 0);
+  for (int i = 1; i < 8; ++i) {
+    high = greatest(high, along(pair.a, i));
+    low = least(low, along(pair.b, i));
+  }
+  return low - high;
+}
+
+// ---- The same of one pair
+
+TOUCHSTONE_INLINE Vector3Of<Double2> vertex_of(const double (&v)[24], int i) {
+  return broadcast<Double2>(Point{v[i], v[8 + i], v[16 + i]});
+}
+
+/// R v + p of eight vertices; the largest magnitude joins `reach`.
+template <class Wide>
+TOUCHSTONE_INLINE void place_vertices(const PoseRecord& X, const VertexRecord& from, Wide& reach,
+                                      double (&out)[24]) {
+  for (int i = 0; i < 8; i += Traits<Wide>::lanes) {
+    const Vector3Of<Wide> local = {load<Wide>(from.x + i), load<Wide>(from.y + i), load<Wide>(from.z + i)};
+    const Vector3Of<Wide> v = rotated<Wide>(X.R, local) + broadcast<Wide>(Point{X.p[0], X.p[1], X.p[2]});
+    store(v.x, out + i), store(v.y, out + 8 + i), store(v.z, out + 16 + i);
+    reach = greatest(reach, largest(v));
+  }
+}
+
+template <class Wide>
+TOUCHSTONE_INLINE void shift(const Point& origin, double (&v)[24], Wide& extent) {
+  const double of_axis[3] = {origin.x, origin.y, origin.z};
+  for (int i = 0; i < 24; i += Traits<Wide>::lanes) {
+    const Wide shifted = load<Wide>(v + i) - all<Wide>(of_axis[i / 8]);
+    store(shifted, v + i);
+    extent = greatest(extent, magnitude(shifted));
+  }
+}
+
+template <class Wide>
+TOUCHSTONE_INLINE void place_pair(const PoseRecord& X_WA, const VertexRecord& a, const PoseRecord& X_WB,
+                                  const VertexRecord& b, OneHullPair& out) {
+  Wide reach{}, extent{};
+  place_vertices<Wide>(X_WA, a, reach, out.a);
+  place_vertices<Wide>(X_WB, b, reach, out.b);
+  const Point first = {out.a[0], out.a[8], out.a[16]};
+  out.origin = broadcast<Double2>(first - Point{X_WA.p[0], X_WA.p[1], X_WA.p[2]});
+  shift<Wide>(first, out.a, extent);
+  shift<Wide>(first, out.b, extent);
+  out.extent = all<Double2>(greatest_lane(extent));
+  out.ordinary = (all<Double2>(greatest_lane(reach)) < all<Double2>(kDistanceHigh)) &
+                 (out.extent > all<Double2>(kDistanceLow));
+}
+
+/// The first vertex of the greatest axis . v, and that value.
+template <class Wide>
+TOUCHSTONE_INLINE int highest(const double (&v)[24], const Point& axis, double& value) {
+  const Projections<Wide> projections(v, axis);
+  value = projections.highest();
+  return projections.first_at(value);
+}
+
+template <class Wide>
+struct OneHullPairIn : OneHullPair {};
+
+template <class Wide>
+TOUCHSTONE_INLINE Double2 least_along(const OneHullPairIn<Wide>& pair, const Vector3Of<Double2>& axis,
+                                      Corner<Double2>& corner) {
+  const Point ahead = {axis.x[0], axis.y[0], axis.z[0]};
+  double on_a, on_b;
+  corner.a = vertex_of(pair.a, highest<Wide>(pair.a, ahead, on_a));
+  corner.w = vertex_of(pair.b, highest<Wide>(pair.b, Point{-ahead.x, -ahead.y, -ahead.z}, on_b)) - corner.a;
+  return all<Double2>(-(on_b + on_a));
+}
+
+template <class Wide>
+TOUCHSTONE_INLINE Double2 separation_along(const OneHullPairIn<Wide>& pair, const Vector3Of<Double2>& n) {
+  const Point axis = {n.x[0], n.y[0], n.z[0]};
+  return all<Double2>(Projections<Wide>(pair.b, axis).lowest() - Projections<Wide>(pair.a, axis).highest());
 }
 
 // ---- The search
@@ -145,15 +246,12 @@ TOUCHSTONE_INLINE Nearest<Pack> nearest_with(const Vector3Of<Pack>& w, const Cor
 }
 
 /// Lanes where it ended with a point of W nearest the origin, to rounding.
-template <class Pack>
-TOUCHSTONE_INLINE MaskOf<Pack> search_nearest(const HullLanes<Pack>& pair, Search<Pack>& search) {
+template <class Pair, class Pack>
+TOUCHSTONE_INLINE MaskOf<Pack> search_nearest(const Pair& pair, Search<Pack>& search) {
   using Mask = MaskOf<Pack>;
-  const auto vertex = [](const VertexLanes<Pack>& v, int i) {
-    return Vector3Of<Pack>{v.x[i], v.y[i], v.z[i]};
-  };
   // From the vertex of W that is least along the difference of the solids' middles.
   const Vector3Of<Pack> start =
-      (vertex(pair.b, 0) - vertex(pair.a, 0)) + (vertex(pair.b, 7) - vertex(pair.a, 7));
+      (vertex_of(pair.b, 0) - vertex_of(pair.a, 0)) + (vertex_of(pair.b, 7) - vertex_of(pair.a, 7));
   Corner<Pack> corner;
   least_along(pair, start, corner);
   for (Corner<Pack>& each : search.s) each = corner;
@@ -222,21 +320,9 @@ TOUCHSTONE_INLINE Vector3Of<Pack> combination(const Foot<Pack>& foot, const Vect
   return (foot.weight[0] * p + foot.weight[1] * q) + foot.weight[2] * r;
 }
 
-template <class Pack>
-TOUCHSTONE_INLINE Pack separation_along(const HullLanes<Pack>& pair, const Vector3Of<Pack>& n) {
-  const auto along = [&n](const VertexLanes<Pack>& v, int i) {
-    return (n.x * v.x[i] + n.y * v.y[i]) + n.z * v.z[i];
-  };
-  Pack high = along(pair.a, 0), low = along(pair.b, 0);
-  for (int i = 1; i < 8; ++i) {
-    high = greatest(high, along(pair.a, i));
-    low = least(low, along(pair.b, i));
-  }
-  return low - high;
-}
-
-template <class Pack>
-TOUCHSTONE_INLINE LaneDistances<Pack> hull_distance_lanes(const HullLanes<Pack>& pair) {
+template <class Pair>
+TOUCHSTONE_INLINE LaneDistances<typename Pair::Pack> hull_distance_lanes(const Pair& pair) {
+  using Pack = typename Pair::Pack;
   LaneDistances<Pack> out{};
   out.tried = ~MaskOf<Pack>{};
   Search<Pack> search;
@@ -270,6 +356,15 @@ TOUCHSTONE_INLINE void compute_hull_distances_inline(const PoseRecord* poses, co
                          gather_hulls<Pack>(poses_a, shapes_a, poses_b, shapes_b, pair);
                          store_distances(hull_distance_lanes(pair), here, out + first);
                        });
+}
+
+/// One pair has the same bits: lanes never mix, and of vertices level with each other the first is taken.
+template <class Wide>
+TOUCHSTONE_INLINE void compute_hull_distance_inline(const PoseRecord* poses, const VertexRecord* shapes,
+                                                    const PairIndices& indices, DistanceRecord* out) {
+  OneHullPairIn<Wide> pair;
+  place_pair<Wide>(poses[indices.a], shapes[indices.a], poses[indices.b], shapes[indices.b], pair);
+  store_distances(hull_distance_lanes(pair), 1, out);
 }
 
 }  // namespace touchstone::native::TOUCHSTONE_ISA

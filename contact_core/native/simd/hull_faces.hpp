@@ -119,6 +119,12 @@ struct Projections {
     for (int k = 1; k < kPacks; ++k) out = greatest(along[k], out);
     return greatest_lane(out);
   }
+  /// The first vertex that has `value`, one of the eight's.
+  TOUCHSTONE_INLINE int first_at(double value) const {
+    unsigned equal = 0x80;
+    for (int k = 0; k < kPacks; ++k) equal |= bits(along[k] == all<Pack>(value)) << k * Traits<Pack>::lanes;
+    return __builtin_ctz(equal);
+  }
   TOUCHSTONE_INLINE void write(double (&out)[8]) const {
     for (int k = 0; k < kPacks; ++k) store(along[k], out + k * Traits<Pack>::lanes);
   }

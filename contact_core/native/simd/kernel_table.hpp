@@ -108,7 +108,7 @@ struct Table {
   static void compute_hull_distances(const PoseRecord* poses, const VertexRecord* shapes,
                                      const PairIndices* pairs, std::size_t count, DistanceRecord* out) {
     if (count == 1)
-      compute_hull_distances_inline<Double2>(poses, shapes, pairs, count, out);
+      compute_hull_distance_inline<OnePair>(poses, shapes, *pairs, out);
     else
       compute_hull_distances_inline<Pack>(poses, shapes, pairs, count, out);
   }
