@@ -58,15 +58,19 @@ TOUCHSTONE_INLINE unsigned edges_without_common(const HullRecord& hull, const st
   return out;
 }
 
-/// In ascending order. @pre at least one bit is set
+/// In ascending order, filled up to whole packs by edge 0.
+template <class Pack>
 TOUCHSTONE_INLINE void list_edges(unsigned edges, EdgeList& out) {
-  constexpr int kUsual = 8;  // as many without a branch whose outcome no predictor can guess
+  constexpr int kRound = 4;  // as many without a branch, whose outcome no predictor can guess
+  static_assert(kRound % Traits<Pack>::lanes == 0);
   out.count = __builtin_popcount(edges);
-  unsigned long long rest = edges;
-  for (int k = 0; k < kUsual || rest != 0; ++k) {
-    out.edge[k] = static_cast<std::uint8_t>(__builtin_ctzll(rest | 1ull << 32) & 31);
-    rest &= rest - 1;
-  }
+  unsigned rest = edges;
+  int k = 0;
+  do {
+    for (int i = 0; i < kRound; ++i, rest &= rest - 1)
+      out.edge[k + i] = static_cast<std::uint8_t>(__builtin_ctz(rest | 1u << 31) % 31);
+    k += kRound;
+  } while (rest != 0);
 }
 
 /// The edges for which no vertex of the other lies deeper below both faces than `depth`, to rounding.
@@ -187,9 +191,8 @@ template <class Pack>
 TOUCHSTONE_INLINE EdgeSearch search_edges(const PosedHull& A, unsigned in_question_a, const PosedHull& B,
                                           unsigned in_question_b, double extent, HullAxis& best) {
   constexpr int kLanes = Traits<Pack>::lanes;
-  if (in_question_a == 0 || in_question_b == 0) return EdgeSearch::done;
   EdgeList edges_a, edges_b;
-  list_edges(in_question_a, edges_a), list_edges(in_question_b, edges_b);
+  list_edges<Pack>(in_question_a, edges_a), list_edges<Pack>(in_question_b, edges_b);
   PosedEdges posed_a, posed_b;
   pose_edges<Pack>(A, edges_a, posed_a), pose_edges<Pack>(B, edges_b, posed_b);
   const BesideEdges beside_b(B, edges_b, kLanes);
