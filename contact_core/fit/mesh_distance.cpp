@@ -204,10 +204,9 @@ Vector3 MeshDistance::closest_on(const Vector3& p, std::uint32_t triangle) const
   return p - offset_from(p, mesh_.vertices[i[0]], mesh_.vertices[i[1]], mesh_.vertices[i[2]]);
 }
 
-bool MeshDistance::is_clear(const std::array<Vector3, 4>& tetrahedron) const {
-  Bounds box;
-  for (const Vector3& p : tetrahedron) box.add(p);
-  const double room = 0x1p-46 * largest_coordinate_;
+// Triangles of the leaves that meet the box, until one is refused. @return whether none was
+template <class Accepts>
+bool MeshDistance::all_near(const Bounds& box, double room, const Accepts& accepts) const {
   std::array<std::uint32_t, kDeepest> stack{};
   int size = 0;
   stack[size++] = 0;
@@ -220,38 +219,33 @@ bool MeshDistance::is_clear(const std::array<Vector3, 4>& tetrahedron) const {
       continue;
     }
     for (std::uint32_t i = node.first; i < node.first + node.count; ++i)
-      if (!are_apart(tetrahedron, {corners_[i].a, corners_[i].b, corners_[i].c}, room)) return false;
+      if (!accepts(corners_[i])) return false;
   }
   return true;
+}
+
+bool MeshDistance::is_clear(const std::array<Vector3, 4>& tetrahedron) const {
+  Bounds box;
+  for (const Vector3& p : tetrahedron) box.add(p);
+  const double room = 0x1p-46 * largest_coordinate_;
+  return all_near(box, room, [&](const Corners& t) { return are_apart(tetrahedron, {t.a, t.b, t.c}, room); });
 }
 
 // A wall without a rim in the box: the other triangle at an edge in the box is one of these, turned alike and
 // so on the edge's other side.
 bool MeshDistance::is_one_wall(const Bounds& box, const Plane& plane, double room) const {
   double turn = 0.0;
-  std::array<std::uint32_t, kDeepest> stack{};
-  int size = 0;
-  stack[size++] = 0;
-  while (size > 0) {
-    const Node& node = nodes_[stack[--size]];
-    if ((node.low - box.high).maxCoeff() > room || (box.low - node.high).maxCoeff() > room) continue;
-    if (node.count == 0) {
-      stack[size++] = node.first;
-      stack[size++] = node.first + 1;
-      continue;
-    }
-    for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-      const Corners& t = corners_[i];
-      if (are_apart(box, {t.a, t.b, t.c}, room)) continue;
-      if (t.edge == 0.0) return false;
-      for (const Vector3& p : {t.a, t.b, t.c})
-        if (std::abs(plane.signed_distance(p)) > room) return false;
-      const double along = dot(cross(t.b - t.a, t.c - t.a), plane.normal);
-      if (along == 0.0 || along * turn < 0.0) return false;
-      turn = along;
-    }
-  }
-  return turn != 0.0;
+  const bool is_wall = all_near(box, room, [&](const Corners& t) {
+    if (are_apart(box, {t.a, t.b, t.c}, room)) return true;
+    if (t.edge == 0.0) return false;
+    for (const Vector3& p : {t.a, t.b, t.c})
+      if (std::abs(plane.signed_distance(p)) > room) return false;
+    const double along = dot(cross(t.b - t.a, t.c - t.a), plane.normal);
+    if (along == 0.0 || along * turn < 0.0) return false;
+    turn = along;
+    return true;
+  });
+  return is_wall && turn != 0.0;
 }
 
 bool MeshDistance::count_crossings(const Vector3& p, const Vector3& direction, int& winding) const {

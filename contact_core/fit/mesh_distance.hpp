@@ -82,6 +82,8 @@ class MeshDistance {
   };
 
   Nearest nearest_within(const Vector3& p, Nearest known) const;
+  template <class Accepts>
+  bool all_near(const Bounds& box, double room, const Accepts& accepts) const;
   void split(std::uint32_t node, std::uint32_t begin, std::uint32_t end);
   /// Winding number by one ray; false where the ray meets an edge to rounding.
   bool count_crossings(const Vector3& p, const Vector3& direction, int& winding) const;
