@@ -45,10 +45,10 @@ void add_mesh(CLI::App& app, Options& options) {
 }
 
 void add_serves(CLI::App& app, Options& options) {
-  auto* const serves = app.add_option(
-      "--serves", options.serves,
-      "A scene in which objects of the meshes' names stand: looks for the coarsest covers with which "
-      "clearances, stops and first contacts are the meshes' to --tolerance");
+  auto* const serves = app.add_option("--serves", options.serves,
+                                      "A scene with objects of the meshes' names, which stand or move: looks "
+                                      "for the coarsest covers with which "
+                                      "clearances, stops and first contacts are the meshes' to --tolerance");
   app.add_option("--tolerance", options.tolerance, "Of --serves: 1mm")->needs(serves);
   app.add_option("--margin", options.margin,
                  "Of --serves: other motions that stay this near count, and clearances up to it (default: 10 "
@@ -259,7 +259,7 @@ int serve([[maybe_unused]] const Options& options, [[maybe_unused]] const FitReq
     comparison::print_now(row_text(row));
   });
   progress.finish();
-  comparison::print_now("\n" + serves_text(result, request));
+  comparison::print_now("\n" + serves_text(result, request) + comparison_text(result, request));
   // Where none is within the tolerance the best so far is written, as a partial report.
   if (!result.best) return 1;
   const ServesRow& best = result.rows[*result.best];

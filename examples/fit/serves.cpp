@@ -23,32 +23,6 @@ using Clock = std::chrono::steady_clock;
 
 struct TimeIsUp {};
 
-Bounds grown(const Bounds& box, double by) {
-  return {box.low - Vector3::Constant(by), box.high + Vector3::Constant(by)};
-}
-
-bool holds(const Bounds& outer, const Bounds& inner) {
-  return (inner.low - outer.low).minCoeff() >= 0.0 && (outer.high - inner.high).minCoeff() >= 0.0;
-}
-
-Bounds bounds_of(const Fit& fit) {
-  Bounds bounds;
-  for (const FittedHexahedron& each : fit.hexahedra)
-    for (const Vector3& p : each.vertices) bounds.add(p);
-  return bounds;
-}
-
-/// Whether each box, grown by the margin, is in one zone as far as the cover reaches.
-bool are_held(std::span<const Bounds> swept, double margin, const Fit& fit, std::span<const Bounds> zones) {
-  const Bounds cover = bounds_of(fit);
-  return std::all_of(swept.begin(), swept.end(), [&](const Bounds& each) {
-    Bounds wanted = grown(each, margin);
-    wanted = {wanted.low.cwiseMax(cover.low), wanted.high.cwiseMin(cover.high)};
-    return (wanted.high - wanted.low).minCoeff() < 0.0 ||
-           std::any_of(zones.begin(), zones.end(), [&](const Bounds& zone) { return holds(zone, wanted); });
-  });
-}
-
 class Search {
  public:
   Search(const FitRequest& fit, const ServesRequest& request, comparison::ProgressLine& progress,
@@ -65,15 +39,16 @@ class Search {
     for (const ServedMesh& mesh : request.meshes) {
       const ReadMesh read = read_mesh(mesh.file, mesh.input);
       scales_.push_back(read.metres_per_unit);
-      bounds_.push_back(MeshDistance(weld(read.mesh)).bounds());
+      solids_.emplace_back(weld(read.mesh));
     }
+    tolerance_ = may_meet_each_other(request) ? 0.5 * request.tolerance : request.tolerance;
   }
 
   ServesResult run() {
     try {
       approach();
       look_elsewhere();
-      if (request_.with_uniform) add(request_.tolerance, request_.tolerance, true);
+      if (request_.with_uniform) add(tolerance_, tolerance_, true);
     } catch (const TimeIsUp&) {
       result_.is_cut = true;
     }
@@ -84,15 +59,10 @@ class Search {
  private:
   // Down to the tolerance; the flight of each cover says where the next one has to be right.
   void approach() {
-    const double tolerance = request_.tolerance;
-    add(kFirst * tolerance, kFirst * tolerance, false);
-    for (const double times : kBetween) {
-      set_zones();
-      add(times * tolerance, kFirst * tolerance, false);
-    }
+    add(kFirst * tolerance_, kFirst * tolerance_, false);
+    for (const double times : kBetween) add(times * tolerance_, kFirst * tolerance_, false);
     for (int i = 0; i < kMostZones; ++i) {
-      set_zones();
-      add(tolerance, kFirst * tolerance, false);
+      add(tolerance_, kFirst * tolerance_, false);
       if (result_.rows.back().is_held) return;
     }
   }
@@ -100,22 +70,27 @@ class Search {
   // Coarser elsewhere may take fewer hexahedra, or more where it is hard to keep to the zones.
   void look_elsewhere() {
     for (const double times : kElsewhere) {
-      const double elsewhere = times * request_.tolerance;
-      const bool is_new = std::any_of(bounds_.begin(), bounds_.end(), [&](const Bounds& bounds) {
-        return std::min(elsewhere, kFirst * request_.tolerance) < kCoarsest * bounds.diagonal();
+      const double elsewhere = times * tolerance_;
+      const bool is_new = std::any_of(solids_.begin(), solids_.end(), [&](const MeshDistance& solid) {
+        return std::min(elsewhere, kFirst * tolerance_) < kCoarsest * solid.bounds().diagonal();
       });
-      if (is_new) add(request_.tolerance, elsewhere, false);
+      if (is_new) add(tolerance_, elsewhere, false);
     }
   }
 
-  void set_zones() {
+  double error_elsewhere(std::size_t m, double asked) const {
+    return std::min(asked, kCoarsest * solids_[m].bounds().diagonal());
+  }
+
+  // Where, of the flight before, the mesh's next cover may come near others. Covers of these may stand out
+  // elsewhere, and what moves goes on by the error before.
+  std::vector<Bounds> zones_of(std::size_t m, double elsewhere) {
     const ServesRow& last = result_.rows.back();
-    result_.zones.clear();
-    for (std::size_t m = 0; m < bounds_.size(); ++m) {
-      const double reach = kCoarsest * bounds_[m].diagonal();
-      result_.zones.push_back(
-          zones_about(last.flight.swept[m], request_.margin + last.in_zones, grown(bounds_[m], reach)));
-    }
+    NearCells near(solids_[m], error_elsewhere(m, elsewhere));
+    for (const SeenObject& other : last.flight.seen[m])
+      near.add(other, request_.margin + last.in_zones +
+                          (other.mesh ? error_elsewhere(*other.mesh, elsewhere) : 0.0));
+    return near.boxes();
   }
 
   struct Covered {
@@ -124,39 +99,39 @@ class Search {
   };
 
   // Where no cover keeps to both, one that is finer elsewhere may.
-  Covered fitted(std::size_t m, double in_zones, double elsewhere, bool is_uniform) const {
-    for (double over = std::min(elsewhere, kCoarsest * bounds_[m].diagonal());; over *= 0.25) {
-      const FitRequest request = asked(m, in_zones, over, is_uniform);
+  Covered fitted(std::size_t m, const ServesRow& row) const {
+    for (double over = error_elsewhere(m, row.elsewhere);; over *= 0.25) {
+      const FitRequest request = asked(m, row, over);
       try {
         FitRun run = run_fit(request_.meshes[m].file, request, progress_);
-        const double error = error_in_zones(m, run.fit, request, is_uniform);
+        const double error = error_in_zones(m, run.fit, request, row);
         return {std::move(run), error};
       } catch (const InputError&) {
-        if (over <= in_zones || is_uniform) throw;
+        if (over <= row.asked_in_zones || row.is_uniform) throw;
       }
     }
   }
 
   // The regions are the user's, then the zones, then the bores that stay open.
-  double error_in_zones(std::size_t m, const Fit& fit, const FitRequest& asked, bool is_uniform) const {
+  double error_in_zones(std::size_t m, const Fit& fit, const FitRequest& asked, const ServesRow& row) const {
     // Without a zone of its own a mesh is nowhere met.
-    if (!is_uniform && !result_.zones.empty() && result_.zones[m].empty()) return 0.0;
+    if (!row.zones.empty() && row.zones[m].empty()) return 0.0;
     const std::size_t begin = fit_.regions.size(), end = asked.regions.size();
     if (begin == end) return fit.excess;
     return *std::max_element(fit.region_excess.begin() + static_cast<std::ptrdiff_t>(begin),
                              fit.region_excess.begin() + static_cast<std::ptrdiff_t>(end));
   }
 
-  FitRequest asked(std::size_t m, double in_zones, double over, bool is_uniform) const {
+  FitRequest asked(std::size_t m, const ServesRow& row, double over) const {
     FitRequest asked = fit_;
     asked.input = request_.meshes[m].input;
     asked.over = {over, false};
-    if (in_zones > request_.tolerance) asked.tries = 1;
+    if (row.asked_in_zones > tolerance_) asked.tries = 1;
     // Corners in the units of the file, as a region of the command line has them.
-    if (!is_uniform && !result_.zones.empty() && in_zones < over)
-      for (const Bounds& zone : result_.zones[m])
+    if (!row.zones.empty() && row.asked_in_zones < over)
+      for (const Bounds& zone : row.zones[m])
         asked.regions.push_back({fmt::format("zone {}", asked.regions.size()),
-                                 {in_zones, false},
+                                 {row.asked_in_zones, false},
                                  zone.low / scales_[m],
                                  zone.high / scales_[m]});
     return asked;
@@ -167,26 +142,33 @@ class Search {
     row.asked_in_zones = in_zones;
     row.elsewhere = elsewhere;
     row.is_uniform = is_uniform;
-    // Every mesh is covered to these errors.
-    bool is_proven = true;
-    std::vector<const Fit*> covers;
-    for (std::size_t m = 0; m < bounds_.size(); ++m) {
+    // The first row has no flight before it, and a uniform one needs none.
+    if (!is_uniform && !result_.rows.empty())
+      for (std::size_t m = 0; m < solids_.size(); ++m) row.zones.push_back(zones_of(m, elsewhere));
+    row.is_held = true;
+    std::vector<double> errors;
+    for (std::size_t m = 0; m < solids_.size(); ++m) {
       progress_.step(fmt::format("'{}', {:.4g} mm in the zones, {:.4g} mm elsewhere",
                                  request_.meshes[m].object, 1e3 * in_zones, 1e3 * elsewhere));
-      Covered covered = fitted(m, in_zones, elsewhere, is_uniform);
-      row.in_zones = std::max(row.in_zones, covered.in_zones);
+      Covered covered = fitted(m, row);
+      errors.push_back(covered.in_zones);
       row.runs.push_back(std::move(covered.run));
-      const FitRun& run = row.runs.back();
-      row.hexahedra += run.fit.hexahedra.size();
-      is_proven = is_proven && run.verdict.is_proven;
+      row.hexahedra += row.runs.back().fit.hexahedra.size();
+      row.is_held = row.is_held && row.runs.back().verdict.is_proven;
     }
-    // The scene is flown on the covers; they serve where the errors hold where it went.
+    // It is flown with these covers, and looked at for whether others stayed within the zones.
+    std::vector<const Fit*> covers;
     for (const FitRun& run : row.runs) covers.push_back(&run.fit);
     row.flight = fly_scene(request_, covers);
-    row.is_held = is_proven;
-    for (std::size_t m = 0; m < bounds_.size() && !is_uniform && !result_.zones.empty(); ++m)
-      row.is_held =
-          row.is_held && are_held(row.flight.swept[m], request_.margin, row.runs[m].fit, result_.zones[m]);
+    for (std::size_t m = 0; m < solids_.size(); ++m) {
+      const std::vector<Bounds> boxes = part_boxes(make_tree(row.runs[m].fit, "cover"));
+      for (const SeenObject& other : row.flight.seen[m]) {
+        const double theirs = other.mesh ? errors[*other.mesh] : 0.0;
+        row.in_zones = std::max(row.in_zones, errors[m] + theirs);
+        if (!row.zones.empty())
+          row.is_held = row.is_held && are_held(boxes, other, request_.margin, row.zones[m]);
+      }
+    }
     row.serves = row.is_held && row.in_zones <= request_.tolerance;
     result_.rows.push_back(std::move(row));
     if (on_row_) on_row_(result_.rows.back());
@@ -209,7 +191,8 @@ class Search {
   const std::function<void(const ServesRow&)>& on_row_;
   Clock::time_point start_;
   std::vector<double> scales_;
-  std::vector<Bounds> bounds_;
+  std::vector<MeshDistance> solids_;
+  double tolerance_;  ///< of a mesh [m]
   ServesResult result_;
 };
 
@@ -226,30 +209,22 @@ double apart(const ServedFlight& a, const ServedFlight& b) {
   return most;
 }
 
-std::string zones_text(const ServesResult& result, const ServesRequest& request) {
+std::string zones_text(const ServesRow& row, const ServesRequest& request) {
   const auto corner = [](const Vector3& p) {
     return fmt::format("({:.4g}, {:.4g}, {:.4g})", p.x(), p.y(), p.z());
   };
   std::string text;
-  for (std::size_t m = 0; m < result.zones.size(); ++m) {
+  for (std::size_t m = 0; m < row.zones.size(); ++m) {
     const std::string& object = request.meshes[m].object;
-    if (result.zones[m].empty()) text += fmt::format("zones in '{}': none, nothing comes near it\n", object);
-    for (const Bounds& zone : result.zones[m])
+    if (row.zones[m].empty()) text += fmt::format("zones in '{}': none, nothing comes near it\n", object);
+    for (const Bounds& zone : row.zones[m])
       text += fmt::format("zone in '{}': {} to {} m\n", object, corner(zone.low), corner(zone.high));
   }
-  return text + fmt::format(
-                    "zones are where scene '{}' moves, and {:.4g} mm about it; clearances up to that, stops "
-                    "and first contacts are the meshes' to the error in the zones\n",
-                    request.scene.name, 1e3 * request.margin);
-}
-
-std::string uniform_text(const ServesRow& best, const ServesRow& uniform) {
-  return fmt::format(
-      "beside {:.4g} mm everywhere: {:.3g} times as few hexahedra, {:.3g} times as short a frame; what moves "
-      "is at most {:.4g} mm from where it is there\n",
-      1e3 * uniform.asked_in_zones,
-      static_cast<double>(uniform.hexahedra) / static_cast<double>(best.hexahedra),
-      uniform.flight.frame_us / best.flight.frame_us, 1e3 * apart(best.flight, uniform.flight));
+  return text +
+         fmt::format(
+             "zones are where others come near in scene '{}', and {:.4g} mm about that; clearances up to "
+             "it, stops and first contacts are the meshes' to the error in the zones\n",
+             request.scene.name, 1e3 * request.margin);
 }
 
 }  // namespace
@@ -272,11 +247,9 @@ std::string serves_text(const ServesResult& result, const ServesRequest& request
                                "in zones", "first contact [s]", "least clearance [mm]", "frame [us]", "worst",
                                "serves"});
   // Covers that do not serve are shown, too.
-  const ServesRow* uniform = nullptr;
   for (const ServesRow& row : result.rows) {
     const bool is_proven = std::all_of(row.runs.begin(), row.runs.end(),
                                        [](const FitRun& run) { return run.verdict.is_proven; });
-    if (row.is_uniform) uniform = &row;
     table.add({row.is_uniform ? fmt::format("{:.4g} everywhere", 1e3 * row.asked_in_zones)
                               : fmt::format("{:.4g}, {:.4g}", 1e3 * row.asked_in_zones, 1e3 * row.elsewhere),
                std::to_string(row.hexahedra), fmt::format("{:.4g}", 1e3 * row.in_zones),
@@ -285,7 +258,8 @@ std::string serves_text(const ServesResult& result, const ServesRequest& request
                clearance_text(row), fmt::format("{:.1f}", row.flight.frame_us),
                fmt::format("{:.0f}", row.flight.slowest_us), row.serves ? "yes" : "no"});
   }
-  std::string text = table.str() + "\n" + zones_text(result, request);
+  std::string text = table.str() + "\n";
+  if (result.best) text += zones_text(result.rows[*result.best], request);
   if (result.is_cut) text += fmt::format("the time was up after {:.4g} s\n", *request.seconds);
   // The search may end without a cover within the tolerance.
   if (!result.best) return text + "no cover is right to any error\n";
@@ -295,9 +269,56 @@ std::string serves_text(const ServesResult& result, const ServesRequest& request
                       "no cover within the tolerance was found; the best so far is right to {:.4g} mm, "
                       "with {} hexahedra\n",
                       1e3 * best.in_zones, best.hexahedra);
-  text += fmt::format("coarsest that serves: {} hexahedra, {:.4g} mm elsewhere\n", best.hexahedra,
-                      1e3 * best.elsewhere);
-  return uniform != nullptr && uniform != &best ? text + uniform_text(best, *uniform) : text;
+  return text + fmt::format("coarsest that serves: {} hexahedra, {:.4g} mm elsewhere\n", best.hexahedra,
+                            1e3 * best.elsewhere);
+}
+
+namespace {
+
+/// Whether the same contacts began and ended in the same order.
+bool are_alike(const std::vector<ToldContact>& some, const std::vector<ToldContact>& others) {
+  return std::equal(some.begin(), some.end(), others.begin(), others.end(),
+                    [](const ToldContact& a, const ToldContact& b) {
+                      return a.a == b.a && a.b == b.b && a.began == b.began;
+                    });
+}
+
+/// The largest difference of the times of contacts that are alike [s].
+double time_apart(const std::vector<ToldContact>& some, const std::vector<ToldContact>& others) {
+  double most = 0.0;
+  for (std::size_t i = 0; i < std::min(some.size(), others.size()); ++i)
+    most = std::max(most, std::abs(some[i].time - others[i].time));
+  return most;
+}
+
+}  // namespace
+
+std::string comparison_text(const ServesResult& result, const ServesRequest& request) {
+  const auto uniform = std::find_if(result.rows.begin(), result.rows.end(),
+                                    [](const ServesRow& row) { return row.is_uniform; });
+  if (!result.best || uniform == result.rows.end()) return "";
+  const ServesRow& best = result.rows[*result.best];
+  // What differs is beside the uniform cover's flight.
+  comparison::TextTable table({"scene", "cover", "hexahedra", "certified error [mm]", "contacts",
+                               "times differ [ms]", "stops differ [mm]", "clearances differ [mm]",
+                               "frame [us]", "99.9 % [us]"});
+  for (const ServesRow* row : {&*uniform, &best}) {
+    const ServedFlight &flight = row->flight, &other = uniform->flight;
+    const bool is_alike = are_alike(flight.contacts, other.contacts);
+    const double clearance = flight.least_clearance == other.least_clearance
+                                 ? 0.0
+                                 : std::abs(flight.least_clearance - other.least_clearance);
+    table.add({request.scene.name, row == &best ? "fitted to the task" : "uniform error",
+               std::to_string(row->hexahedra), fmt::format("{:.3g}", 1e3 * row->in_zones),
+               fmt::format("{}{}", flight.contacts.size(), is_alike ? "" : ", others"),
+               is_alike ? fmt::format("{:.3g}", 1e3 * time_apart(flight.contacts, other.contacts)) : "-",
+               fmt::format("{:.3g}", 1e3 * apart(flight, other)), fmt::format("{:.3g}", 1e3 * clearance),
+               fmt::format("{:.1f}", flight.frame_us), fmt::format("{:.1f}", flight.frame_999_us)});
+  }
+  return table.str() +
+         fmt::format("{:.3g} times fewer hexahedra, {:.3g} times as short a frame\n",
+                     static_cast<double>(uniform->hexahedra) / static_cast<double>(best.hexahedra),
+                     uniform->flight.frame_us / best.flight.frame_us);
 }
 
 }  // namespace touchstone::fitting
