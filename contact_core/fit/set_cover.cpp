@@ -19,6 +19,7 @@ class LocalSearch {
         score_(sets.size(), 0),
         changed_(sets.size(), 0),
         is_chosen_(sets.size(), 0),
+        least_(least_sets(sets, elements)),
         may_enter_(sets.size(), 1) {
     for (std::uint32_t s = 0; s < sets.size(); ++s) {
       score_[s] = sets[s].size();
@@ -31,10 +32,12 @@ class LocalSearch {
     for (const std::size_t s : start) put_in(s);
     work_ = 0;
     std::vector<std::size_t> best = start;
+    if (best.size() <= least_) return best;
     // Where a cover is found, one set goes; then sets go and come until everything is held again.
     for (std::uint64_t i = 1; work_ < work; ++i) {
       while (open_.empty() && !chosen_.empty()) {
         best = chosen_;
+        if (best.size() <= least_) return best;
         take_out(least_missed(std::nullopt), i);
       }
       if (chosen_.size() < 2) break;
@@ -144,7 +147,9 @@ class LocalSearch {
   std::vector<std::size_t> place_;    ///< of open elements in `open_`
   std::vector<std::uint32_t> open_;
   std::vector<std::uint64_t> score_, changed_;
-  std::vector<std::uint8_t> is_chosen_, may_enter_;
+  std::vector<std::uint8_t> is_chosen_;
+  std::size_t least_;  ///< no cover has fewer
+  std::vector<std::uint8_t> may_enter_;
   std::vector<std::size_t> chosen_;
   std::optional<std::size_t> entered_;
   std::uint64_t work_ = 0;  ///< scores looked at to change them
@@ -152,6 +157,22 @@ class LocalSearch {
 };
 
 }  // namespace
+
+std::size_t least_sets(std::span<const std::vector<std::uint32_t>> sets, std::size_t elements) {
+  std::vector<std::vector<std::uint32_t>> holders(elements);
+  for (std::uint32_t s = 0; s < sets.size(); ++s)
+    for (const std::uint32_t e : sets[s]) holders[e].push_back(s);
+  std::stable_sort(holders.begin(), holders.end(),
+                   [](const auto& a, const auto& b) { return a.size() < b.size(); });
+  std::vector<std::uint8_t> is_needed(sets.size(), 0);
+  std::size_t count = 0;
+  for (const std::vector<std::uint32_t>& each : holders) {
+    if (std::any_of(each.begin(), each.end(), [&](std::uint32_t s) { return is_needed[s] != 0; })) continue;
+    for (const std::uint32_t s : each) is_needed[s] = 1;
+    ++count;
+  }
+  return count;
+}
 
 std::vector<std::size_t> fewer_sets(std::span<const std::vector<std::uint32_t>> sets, std::size_t elements,
                                     const std::vector<std::size_t>& start, std::uint64_t work) {

@@ -45,6 +45,17 @@ TEST(FewerSets, HoldEverythingByFewest) {
   EXPECT_EQ(fit::fewer_sets(sets, kElements, all, 0), all);
 }
 
+TEST(FewerSets, NoCoverHasFewerThanElementsThatNoTwoSetsShare) {
+  // Two sets hold all; elements 0 and 3 are in no common one.
+  const std::vector<std::vector<std::uint32_t>> two = {{0, 1}, {1, 2}, {2, 3}, {0}, {3}};
+  EXPECT_EQ(fit::least_sets(two, 4), 2U);
+  // Any two elements share a set, and yet no two sets hold all: the bound stays below.
+  const std::vector<std::vector<std::uint32_t>> ring = {{0, 1}, {1, 2}, {2, 0}};
+  EXPECT_EQ(fit::least_sets(ring, 3), 1U);
+  // Where the bound is met the search ends, though it has leave to work for an hour.
+  EXPECT_EQ(fit::fewer_sets(two, 4, {0, 2}, 1'000'000'000'000), (std::vector<std::size_t>{0, 2}));
+}
+
 TEST(MeshDistance, KnowsOutsideSurfaceAndInside) {
   const MeshDistance box(weld(box_mesh({0, 0, 0}, {2, 2, 2})));
   EXPECT_NEAR(box.signed_distance({3, 1, 1}), 1.0, 1e-15);
