@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <optional>
 #include <utility>
 
@@ -85,15 +86,31 @@ std::optional<Vector3> circle_centre(const std::vector<Vector3>& flat, const Vec
   return centre;
 }
 
-// Whether the directions from the centre have no wide gap, each to the next one counter-clockwise.
-bool goes_around(const std::vector<Vector3>& flat, const Vector3& centre, const Vector3& axis) {
+constexpr double kWholeTurn = 2.0 * std::numbers::pi;
+
+// The turns from each direction that a corner has from the centre to the next one, counter-clockwise.
+std::vector<double> turns_around(const std::vector<Vector3>& flat, const Vector3& centre,
+                                 const Vector3& axis) {
   const Vector3 x = (flat.front() - centre) / norm(flat.front() - centre), y = cross(axis, x);
   std::vector<double> angles;
   for (const Vector3& p : flat) angles.push_back(std::atan2(dot(p - centre, y), dot(p - centre, x)));
   std::sort(angles.begin(), angles.end());
-  double widest = 2.0 * std::acos(-1.0) - (angles.back() - angles.front());
-  for (std::size_t i = 1; i < angles.size(); ++i) widest = std::max(widest, angles[i] - angles[i - 1]);
-  return std::cos(std::min(widest, std::acos(-1.0))) >= kWidestGap;
+  std::vector<double> turns = {kWholeTurn - (angles.back() - angles.front())};
+  for (std::size_t i = 1; i < angles.size(); ++i) turns.push_back(angles[i] - angles[i - 1]);
+  return turns;
+}
+
+// As many facets as go around, where all are equally wide: corners above each other have no turn between.
+int count_equal(const std::vector<double>& turns) {
+  const double widest = *std::max_element(turns.begin(), turns.end());
+  const auto count = std::count_if(turns.begin(), turns.end(),
+                                   [&](double turn) { return std::abs(turn - widest) <= kRound * widest; });
+  const bool are_all = std::all_of(turns.begin(), turns.end(), [&](double turn) {
+    return std::abs(turn - widest) <= kRound * widest || turn <= kRound * widest;
+  });
+  return are_all && std::abs(static_cast<double>(count) * widest - kWholeTurn) <= kRound * kWholeTurn
+             ? static_cast<int>(count)
+             : 0;
 }
 
 std::optional<RoundPart> round_part(const MeshDistance& distance, const std::vector<std::uint32_t>& patch) {
@@ -114,7 +131,10 @@ std::optional<RoundPart> round_part(const MeshDistance& distance, const std::vec
   }
   // They have to lie on a circle and to go all around it.
   const std::optional<Vector3> centre = circle_centre(flat, *axis);
-  if (!centre || !goes_around(flat, *centre, *axis)) return std::nullopt;
+  if (!centre) return std::nullopt;
+  const std::vector<double> turns = turns_around(flat, *centre, *axis);
+  if (std::cos(std::min(*std::max_element(turns.begin(), turns.end()), std::numbers::pi)) < kWidestGap)
+    return std::nullopt;
   const double radius = norm(flat.front() - *centre);
   const Vector3 foot = *centre + (low - dot(*centre, *axis)) * *axis;
   // A point a hair inwards from a facet's middle says which side is solid.
@@ -122,7 +142,8 @@ std::optional<RoundPart> round_part(const MeshDistance& distance, const std::vec
   const Vector3 middle = (mesh.vertices[facet[0]] + mesh.vertices[facet[1]] + mesh.vertices[facet[2]]) / 3.0;
   const Vector3 off = middle - foot, out = off - dot(off, *axis) * *axis;
   const bool is_bore = !distance.is_inside(middle - kRound * out);
-  return RoundPart{foot, *axis, (flat.front() - *centre) / radius, high - low, radius, is_bore};
+  return RoundPart{
+      foot, *axis, (flat.front() - *centre) / radius, high - low, radius, is_bore, count_equal(turns)};
 }
 
 }  // namespace

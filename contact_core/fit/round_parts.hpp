@@ -14,6 +14,7 @@ struct RoundPart {
   double length;  ///< along the axis [m]
   double radius;  ///< of the circle that the corners lie on [m]
   bool is_bore;   ///< the solid is outside of the wall
+  int facets;     ///< as many of equal width go around, from a corner at `start` on; 0: they are not equal
 
   /// The box along the mesh's axes about it.
   Bounds bounds() const;

@@ -21,6 +21,19 @@ int fewest(double radius, double limit, bool is_bore) {
   return std::max(3, static_cast<int>(std::ceil(0.5 * kTurn / std::acos(std::max(cosine, 0.0)))));
 }
 
+// No more than the facets that the part has: one hexahedron holds what is behind a facet, or two corners.
+int fewest(const RoundPart& part, double limit) {
+  const int chords = fewest(part.radius, limit, part.is_bore);
+  return part.facets > 0 ? std::min(chords, part.facets) : chords;
+}
+
+// Whether both have the same facets, with their corners in the same directions from the axis.
+bool have_same_facets(const RoundPart& part, const RoundPart& bore) {
+  if (part.facets != bore.facets) return false;
+  const double sine = dot(cross(bore.start, part.start), bore.axis), cosine = dot(bore.start, part.start);
+  return std::cos(bore.facets * std::atan2(sine, cosine)) > 1.0 - 1e-6;
+}
+
 }  // namespace
 
 Plane Sectors::border(int i) const {
@@ -51,11 +64,14 @@ std::vector<Sectors> sectors_about_bores(std::span<const RoundPart> parts, const
     const auto limit_at = [&](const RoundPart& part) {
       return allowed.limit_at(part.foot + 0.5 * part.length * part.axis + part.radius * part.start);
     };
-    Sectors sectors{bore, fewest(bore.radius, limit_at(bore), true), bore.radius};
+    Sectors sectors{bore, fewest(bore, limit_at(bore)), bore.radius};
     for (const RoundPart& part : parts) {
       if (!is_about(part, bore)) continue;
       sectors.outer = std::max(sectors.outer, part.radius);
-      if (!part.is_bore) sectors.count = std::max(sectors.count, fewest(part.radius, limit_at(part), false));
+      if (part.is_bore) continue;
+      sectors.count =
+          std::max(sectors.count, have_same_facets(part, bore) ? fewest(part, limit_at(part))
+                                                               : fewest(part.radius, limit_at(part), false));
     }
     if (sectors.count >= kFewest && sectors.count <= most) result.push_back(sectors);
   }

@@ -186,6 +186,7 @@ TEST(RoundParts, ATubeIsAPinAndABore) {
   for (const RoundPart& part : parts) {
     EXPECT_NEAR(part.radius, part.is_bore ? 0.1 : 0.15, 1e-12);
     EXPECT_NEAR(part.length, 0.05, 1e-12);
+    EXPECT_EQ(part.facets, 40);
     EXPECT_NEAR(std::abs(dot(part.axis, Vector3(-0.6, 0, 0.8))), 1.0, 1e-12);
     EXPECT_NEAR(norm(part.foot - Vector3(1, 2, 0)), 0.0, 1e-9);
   }
