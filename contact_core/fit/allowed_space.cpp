@@ -14,15 +14,18 @@ constexpr double kSlack = 1.0 / 32.0;  // a face stops so much of the limit befo
 constexpr double kFlat = 1e-3;         // of the limit: what a flat wall may bend
 constexpr double kNever = kInfinity;
 
-bool touches(const Bounds& box, const Vector3& centre, double half) {
-  return ((box.low - centre).array() <= half).all() && ((centre - box.high).array() <= half).all();
-}
-
 Vector3 octant(int i) {
   return {(i & 4) != 0 ? 1.0 : -1.0, (i & 2) != 0 ? 1.0 : -1.0, (i & 1) != 0 ? 1.0 : -1.0};
 }
 
 }  // namespace
+
+bool LimitBox::touches(const Vector3& centre, double half) const {
+  const Vector3 middle = rotate_back(axes, centre),
+                reach = half * rotate_back(axes.cwiseAbs(), Vector3::Ones());
+  return ((box.low - middle).array() <= reach.array()).all() &&
+         ((middle - box.high).array() <= reach.array()).all();
+}
 
 // The point that a growing face meets first: `best` is how far it goes until then.
 struct AllowedSpace::Query {
@@ -107,7 +110,7 @@ double AllowedSpace::limit_at(const Vector3& p) const { return least_limit(p, 0.
 double AllowedSpace::least_limit(const Vector3& centre, double half) const {
   double least = over_;
   for (const LimitBox& each : boxes_)
-    if (touches(each.box, centre, half)) least = std::min(least, each.limit);
+    if (each.touches(centre, half)) least = std::min(least, each.limit);
   return least;
 }
 

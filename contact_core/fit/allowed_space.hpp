@@ -7,15 +7,20 @@
 
 #include "touchstone/contact_core/fit/mesh_distance.hpp"
 #include "touchstone/contact_core/fit/six_planes.hpp"
+#include "touchstone/contact_core/geometry/matrix3.hpp"
 
 // Private to contact_core/fit.
 
 namespace touchstone::fit {
 
-/// A box with an error of its own, in the part's frame.
+/// A box with an error of its own, which may be turned in the part's frame.
 struct LimitBox {
   Bounds box;
-  double limit;  ///< [m]
+  double limit;                        ///< [m]
+  Matrix3 axes = Matrix3::Identity();  ///< columns: the box's, in the part's frame
+
+  /// Whether a cube, half of whose width is `half`, may touch it: for sure where it does.
+  bool touches(const Vector3& centre, double half) const;
 };
 
 /// Where a cover may go: within `over` of the solid, in boxes of their own within these boxes' limits.
@@ -31,6 +36,8 @@ class AllowedSpace {
 
   /// The excess that is allowed at a point [m].
   double limit_at(const Vector3& p) const;
+  /// The least that is allowed at any point of a cube, half of whose width is `half` [m].
+  double least_limit(const Vector3& centre, double half) const;
   /// Whether a point keeps to it.
   bool allows(const Vector3& p) const;
   /// Whether the hexahedron keeps to what is allowed.
@@ -80,8 +87,6 @@ class AllowedSpace {
   bool search(Query& query, std::uint32_t cell, unsigned faces);
   bool search_children(Query& query, std::uint32_t cell, unsigned faces, bool is_new);
   void search_block(Query& query, const Vector3& centre, double half, double limit, unsigned faces) const;
-  double least_limit(const Vector3& centre, double half) const;
-
   const MeshDistance& mesh_;
   double over_;
   std::vector<LimitBox> boxes_;

@@ -48,34 +48,51 @@ void validate(const MeshDistance& mesh, const FitOptions& options) {
 
 // Regions as the search sees them: a quarter of their error wider, so that what a proof looks at across their
 // borders keeps to them too.
-std::vector<LimitBox> limit_boxes(const FitOptions& options, double share) {
+std::vector<LimitBox> limit_boxes(const FitOptions& options, double share, const Matrix3& axes) {
   std::vector<LimitBox> boxes;
   for (const FitRegion& region : options.regions) {
     const Vector3 wider = Vector3::Constant(0.25 * region.over);
-    boxes.push_back({{region.box.low - wider, region.box.high + wider}, share * region.over});
+    boxes.push_back({{region.box.low - wider, region.box.high + wider}, share * region.over, axes});
   }
   return boxes;
 }
 
+// The mesh, and as the search has it: turned, where its walls then stand along the axes. The rounding of
+// turning there and back is a hundredth of what faces stand outside.
+struct View {
+  const MeshDistance& mesh;
+  const MeshDistance& turned;  // the same one where it is not
+  std::optional<Matrix3> axes = {};
+
+  Vector3 there(const Vector3& p) const { return axes ? rotate(*axes, p) : p; }
+  std::array<Vector3, 8> corners(const SixPlanes& solid) const {
+    std::array<Vector3, 8> vertices = solid.corners();
+    if (axes)
+      for (Vector3& p : vertices) p = rotate_back(*axes, p);
+    return vertices;
+  }
+};
+
 // Whether hexahedra keep to what is asked, each looked at once, and their figures.
 class Measures {
  public:
-  Measures(const MeshDistance& mesh, const FitOptions& options) : mesh_(mesh), options_(options) {}
+  Measures(const View& view, const FitOptions& options) : view_(view), mesh_(view.mesh), options_(options) {}
 
-  /// A point that does not keep to it, or that may not.
+  /// A point that does not keep to it, or that may not, as the search has it.
   std::optional<Vector3> refused(const SixPlanes& solid) {
-    const std::array<Vector3, 8> vertices = solid.corners();
+    const std::array<Vector3, 8> vertices = view_.corners(solid);
     const auto known = std::find_if(verdicts_.begin(), verdicts_.end(),
                                     [&](const auto& each) { return each.first == vertices; });
-    return known != verdicts_.end() ? known->second
-                                    : verdicts_.emplace_back(vertices, beyond(vertices)).second;
+    const std::optional<Vector3>& point =
+        known != verdicts_.end() ? known->second : verdicts_.emplace_back(vertices, beyond(vertices)).second;
+    return point ? std::optional<Vector3>(view_.there(*point)) : std::nullopt;
   }
 
   Fit fit(const std::vector<SixPlanes>& solids) const {
     Fit fit;
     fit.region_excess.assign(options_.regions.size(), 0.0);
     for (std::size_t i = 0; i < solids.size(); ++i) {
-      const std::array<Vector3, 8> vertices = solids[i].corners();
+      const std::array<Vector3, 8> vertices = view_.corners(solids[i]);
       const ExcessBound whole = bound(vertices, options_.over, fit.excess, nullptr);
       fit.hexahedra.push_back({vertices, whole.most, whole.where});
       fit.excess = std::max(fit.excess, whole.most);
@@ -112,6 +129,7 @@ class Measures {
   }
 
   static constexpr double kClosest = 512.0;  // of what is asked: to tell whether it is kept to
+  const View& view_;
   const MeshDistance& mesh_;
   const FitOptions& options_;
   std::deque<std::pair<std::array<Vector3, 8>, std::optional<Vector3>>> verdicts_;
@@ -132,10 +150,12 @@ constexpr std::array<Start, 6> kStarts = {
 constexpr double kVisitsARepair = 1.25e6;  // that a try may take on average for others to follow it
 constexpr std::array<double, 3> kSmallerShares = {0.9, 0.8, 0.65};
 
-Fit fit_within(const MeshDistance& mesh, std::span<const RoundPart> rounds, const FitOptions& options,
+Fit fit_within(const View& view, std::span<const RoundPart> rounds, const FitOptions& options,
                const Start& start, std::uint64_t& visits) {
+  const MeshDistance& mesh = view.turned;
   const double share = start.share;
-  const std::vector<LimitBox> boxes = limit_boxes(options, share);
+  const std::vector<LimitBox> boxes =
+      limit_boxes(options, share, view.axes ? *view.axes : Matrix3(Matrix3::Identity()));
   AllowedSpace space(mesh, share * options.over, boxes);
   if (options.progress) options.progress("cut", 0.0);
   const std::vector<Sectors> sectors = fit::sectors_about_bores(rounds, space);
@@ -147,7 +167,7 @@ Fit fit_within(const MeshDistance& mesh, std::span<const RoundPart> rounds, cons
   };
   CoverSearch search(mesh, cells, space, share * options.over, sectors, effort, progress);
   const double margin = 0x1p-45 * mesh.largest_coordinate();
-  Measures measures(mesh, options);
+  Measures measures(view, options);
   Fit fit = measures.fit(search.run(options.over / 64.0, margin,
                                     [&](const SixPlanes& solid) { return measures.refused(solid); }));
   fit.pieces = cells.size();
@@ -160,47 +180,37 @@ bool is_better(const Fit& fit, const Fit& than) {
   return fit.excess < than.excess;
 }
 
-Fit fit_as_it_stands(const MeshDistance& mesh, const FitOptions& options) {
-  const std::vector<RoundPart> rounds = find_round_parts(mesh);
+Fit fit_in(const View& view, const FitOptions& options) {
+  const std::vector<RoundPart> rounds = find_round_parts(view.turned);
   const double budget = kVisitsARepair * options.repairs * options.tries;
   std::optional<Fit> best;
   std::uint64_t visits = 0;
   for (int i = 0; i < options.tries; ++i) {
     // Another try takes what the tries so far took on average.
     if (best && static_cast<double>(visits) * (i + 1) / i > budget) break;
-    Fit fit = fit_within(mesh, rounds, options, kStarts[i % kStarts.size()], visits);
+    Fit fit = fit_within(view, rounds, options, kStarts[i % kStarts.size()], visits);
     if (keeps_to(fit, options) && (!best || is_better(fit, *best))) best = std::move(fit);
   }
   if (best) return *std::move(best);
   // The search filters; where that let something through, it looks again with less to spend.
   for (const double share : kSmallerShares) {
-    Fit fit = fit_within(mesh, rounds, options, {share, 0.0}, visits);
+    Fit fit = fit_within(view, rounds, options, {share, 0.0}, visits);
     if (keeps_to(fit, options)) return fit;
   }
   reject("fit", "no cover within " + figure(options.over) + " m was found");
-}
-
-// The rounding of turning there and back is a hundredth of what faces stand outside.
-Fit fit_turned(const MeshDistance& mesh, const FitOptions& options, const Matrix3& axes) {
-  const Pose there{axes, Vector3::Zero()}, back{axes.transpose(), Vector3::Zero()};
-  TriangleMesh turned = mesh.mesh();
-  for (Vector3& p : turned.vertices) p = transform(there, p);
-  Fit fit = fit_as_it_stands(MeshDistance(turned), options);
-  for (FittedHexahedron& each : fit.hexahedra) {
-    for (Vector3& p : each.vertices) p = transform(back, p);
-    each.farthest = transform(back, each.farthest);
-  }
-  return fit;
 }
 
 }  // namespace
 
 Fit fit_hexahedra(const MeshDistance& mesh, const FitOptions& options) {
   validate(mesh, options);
-  // Space is cut along the axes, so that walls along them are cheap. Regions are boxes along the mesh's own.
-  const std::optional<Matrix3> axes =
-      options.regions.empty() ? fit::turned_frame(mesh.mesh()) : std::optional<Matrix3>();
-  return axes ? fit_turned(mesh, options, *axes) : fit_as_it_stands(mesh, options);
+  // Space is cut along the axes, so that walls along them are cheap.
+  const std::optional<Matrix3> axes = fit::turned_frame(mesh.mesh());
+  if (!axes) return fit_in({mesh, mesh}, options);
+  TriangleMesh triangles = mesh.mesh();
+  for (Vector3& p : triangles.vertices) p = rotate(*axes, p);
+  const MeshDistance turned(triangles);
+  return fit_in({mesh, turned, axes}, options);
 }
 
 Fit fit_hexahedra(const TriangleMesh& mesh, const FitOptions& options) {
