@@ -44,7 +44,8 @@ std::uint32_t NarrowphaseContacts::add(const Mover& mover, const HexahedronTree&
   if (!(surface.friction >= 0.0) || !std::isfinite(surface.friction) || !(surface.restitution >= 0.0) ||
       !(surface.restitution <= 1.0))
     throw InputError("contacts: '" + tree.name() + "': friction must be >= 0, restitution from 0 to 1");
-  refuse_rounded(tree, "dynamics");
+  if (!narrowphase_->capabilities().rounded_solids)
+    refuse_rounded(tree, "backend '" + std::string(narrowphase_->name()) + "'");
   parts_.push_back({mover, &tree, surface, part_of_.size(), X_MO, is_static});
   part_of_.insert(part_of_.end(), tree.solids().size(), static_cast<std::uint32_t>(parts_.size() - 1));
   return static_cast<std::uint32_t>(parts_.size() - 1);
@@ -143,6 +144,7 @@ bool NarrowphaseContacts::is_covered(SolidIndex solid, SolidIndex other, const V
   const std::span<const PlacedHexahedron> solids = part.tree->solids();
   if (solids.size() < 2) return false;
   const Hexahedron& hexahedron = solids[solid - part.first_solid].solid;
+  if (hexahedron.is_rounded()) return false;  // it has no face that a neighbour could cover
   const Pose& X_WS = poses_[solid];
   // The normal leaves by the face whose outward normal is nearest to it.
   int face = 0;

@@ -36,8 +36,10 @@ std::string joint_name(const DynamicScene& scene, const JointAddress& joint) {
 void add_bodies(const DynamicScene& scene, Needs& needs) {
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     const SceneBody& body = scene.bodies[i];
-    for (const PlacedHexahedron& placed : scene.scene.objects[i].tree.solids())
+    for (const PlacedHexahedron& placed : scene.scene.objects[i].tree.solids()) {
       if (!placed.solid.is_box()) needs.add(EngineFeature::hulls, object_name(scene, i));
+      if (placed.solid.is_rounded()) needs.add(EngineFeature::rounded_solids, object_name(scene, i));
+    }
     if (body.kind == BodyKind::kinematic) needs.add(EngineFeature::kinematic_bodies, object_name(scene, i));
     if (body.surface.friction != scene.bodies[0].surface.friction)
       needs.add(EngineFeature::mixed_friction, object_name(scene, i));
@@ -96,7 +98,8 @@ std::string_view to_string(EngineFeature feature) {
                                                                  "inertia of rotors",
                                                                  "drives of a stiffness",
                                                                  "joints between bodies",
-                                                                 "bodies that come and go"};
+                                                                 "bodies that come and go",
+                                                                 "rounded solids"};
   return kNames[static_cast<std::size_t>(feature)];
 }
 

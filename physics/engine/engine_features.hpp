@@ -30,9 +30,10 @@ enum class EngineFeature : std::uint8_t {
   position_drives,  ///< drives of a stiffness and damping
   body_joints,      ///< joints between bodies, links and the ground, loops closed, let go by actions
   come_and_go,      ///< bodies brought in and taken out by actions
+  rounded_solids,   ///< spheres, capsules and other hexahedra with a radius
 };
 /// How many there are.
-inline constexpr int kEngineFeatures = 17;
+inline constexpr int kEngineFeatures = 18;
 /// In words: "rate drives".
 std::string_view to_string(EngineFeature feature);
 

@@ -165,7 +165,13 @@ void register_own_engine(EngineRegistry& registry, const BackendRegistry& backen
   entry.checks.emplace_back(kOwnCheck);
   for (const BackendRegistry::NarrowphaseEntry& each : backends.narrowphases())
     entry.checks.push_back(each.name);
-  entry.features = [](std::string_view) { return EngineFeatures::all(); };
+  entry.features = [&backends](std::string_view check) {
+    const std::unique_ptr<Narrowphase> narrowphase =
+        backends.make_narrowphase(check == kOwnCheck ? "native" : std::string(check));
+    return narrowphase->capabilities().rounded_solids
+               ? EngineFeatures::all()
+               : EngineFeatures::all().without(EngineFeature::rounded_solids);
+  };
   entry.after_restore = EngineReturn::same_bits;
   entry.make = [&backends](const DynamicScene& scene, const std::string& check) {
     return std::make_unique<OwnEngine>(scene, backends, check == kOwnCheck ? "native" : check);

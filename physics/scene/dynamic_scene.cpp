@@ -422,7 +422,6 @@ void validate_joint(const DynamicScene& scene, const SceneMechanism& mechanism, 
 
 void validate(const DynamicScene& scene) {
   touchstone::validate(scene.scene);
-  for (const SceneObject& object : scene.scene.objects) refuse_rounded(object.tree, "dynamics");
   // Bodies, mechanisms and links must fit together.
   const std::string name = "scene '" + scene.scene.name + "': ";
   if (scene.bodies.size() != scene.scene.objects.size()) reject(name, "one body an object is needed");

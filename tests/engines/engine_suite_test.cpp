@@ -289,6 +289,9 @@ void ask_for(EngineFeature feature, DynamicScene& scene) {
       return add_ball(scene);
     case come_and_go:
       return add_comer(scene);
+    case rounded_solids:
+      scene.scene.objects[kBox].tree = HexahedronTree({{"ball", Hexahedron::sphere(0.1), {}}}, "box");
+      return;
   }
 }
 
