@@ -5,8 +5,17 @@
 #include <cmath>
 #include <map>
 
+#include "touchstone/contact_core/fit/excess.hpp"
+
 namespace touchstone::fit {
 namespace {
+
+constexpr std::size_t kMostPieces = 100;  // a box that takes more to tell is divided
+// A cell so many times as wide as the smallest is looked at as a whole before it is divided.
+constexpr double kWorthIt = 2.0;
+// Of the limit: what a wall across an axis may lean in a cell; how near to its sides no wall is looked at,
+// and what the box about a cell may leave beside the solid.
+constexpr double kLevel = 1e-3, kStep = 0.1;
 
 using Polygon = std::vector<Vector3>;
 
@@ -125,25 +134,68 @@ class CellBuilder {
     if (polygons.empty() && !mesh_.is_inside(middle)) return;
     Eigen::Index axis = 0;
     const double size = (high - low).maxCoeff(&axis);
-    if (!is_split(middle, size, polygons)) return add_box(low, high, polygons);
+    if (!is_split(low, high, size, polygons)) return add_box(low, high, polygons);
+    // It is cut in the middle, or along a wall across an axis: then what is on either side may be one box.
+    double at = middle(axis);
+    const double limit = allowed_.limit_at(middle);
+    if (size <= largest_ && is_worth_it(size, limit)) cut_along_wall(low, high, polygons, limit, axis, at);
     std::array<std::vector<Polygon>, 2> halves;
     for (const Polygon& polygon : polygons) {
       for (int side = 0; side < 2; ++side) {
-        Polygon part = clipped(polygon, axis, middle(axis), side == 0 ? -1.0 : 1.0);
+        Polygon part = clipped(polygon, axis, at, side == 0 ? -1.0 : 1.0);
         if (!part.empty()) halves[side].push_back(std::move(part));
       }
     }
     Vector3 cut_high = high, cut_low = low;
-    cut_high(axis) = cut_low(axis) = middle(axis);
+    cut_high(axis) = cut_low(axis) = at;
     divide(low, cut_high, halves[0]);
     divide(cut_low, high, halves[1]);
   }
 
-  bool is_split(const Vector3& middle, double size, const std::vector<Polygon>& polygons) const {
+  bool is_split(const Vector3& low, const Vector3& high, double size, const std::vector<Polygon>& polygons) {
     if (polygons.empty()) return size > 2.0 * largest_;
     if (size > largest_) return true;
+    const Vector3 middle = 0.5 * (low + high);
     const double limit = allowed_.limit_at(middle);
-    return size > limit / std::sqrt(3.0) && !is_flat(polygons, 0.25 * limit);
+    if (size <= limit / std::sqrt(3.0) || is_flat(polygons, 0.25 * limit)) return false;
+    return !is_worth_it(size, limit) ||
+           !is_one_box(low, high, polygons, kStep * allowed_.least_limit(middle, 0.5 * size));
+  }
+
+  static bool is_worth_it(double size, double limit) { return size > kWorthIt * limit / std::sqrt(3.0); }
+
+  // The wall nearest to the middle that is not at a side already.
+  static void cut_along_wall(const Vector3& low, const Vector3& high, const std::vector<Polygon>& polygons,
+                             double limit, Eigen::Index& axis, double& at) {
+    double nearest = 1e300;
+    for (const Polygon& polygon : polygons) {
+      Bounds box;
+      for (const Vector3& p : polygon) box.add(p);
+      for (int i = 0; i < 3; ++i) {
+        const double wall = 0.5 * (box.low(i) + box.high(i)), off = std::abs(wall - 0.5 * (low(i) + high(i)));
+        if (box.high(i) - box.low(i) > kLevel * limit || off >= nearest) continue;
+        if (std::min(wall - low(i), high(i) - wall) < kStep * limit) continue;
+        nearest = off;
+        axis = i;
+        at = wall;
+      }
+    }
+  }
+
+  // Whether the box about what is in a cell keeps to the limit: then one hexahedron can hold it, however
+  // large it is. Along straight edges of walls that face the axes it does.
+  bool is_one_box(const Vector3& low, const Vector3& high, const std::vector<Polygon>& polygons,
+                  double limit) {
+    Bounds box;
+    for (const Polygon& polygon : polygons)
+      for (const Vector3& p : polygon) box.add(p);
+    for (int i = 0; i < 8; ++i)
+      if (const Vector3 corner = corner_of(low, high, i); is_inside(corner)) box.add(corner);
+    std::array<Vector3, 8> corners;
+    for (int i = 0; i < 8; ++i) corners[i] = corner_of(box.low, box.high, i);
+    const auto is_near = [&](const Vector3& p) { return mesh_.nearest(p).distance <= limit || is_inside(p); };
+    return std::all_of(corners.begin(), corners.end(), is_near) &&
+           bound_excess(mesh_, corners, 0.125 * limit, limit, nullptr, kMostPieces).most <= limit;
   }
 
   bool is_inside(const Vector3& p) {

@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <random>
 
+#include "touchstone/contact_core/fit/cells.hpp"
 #include "touchstone/contact_core/fit/excess.hpp"
 #include "touchstone/contact_core/fit/fit.hpp"
 #include "touchstone/contact_core/fit/round_parts.hpp"
@@ -206,6 +207,46 @@ TEST(Fit, ABoreStaysOpenWithAHexahedronASector) {
   EXPECT_EQ(fit.hexahedra.size(), 12U);
   EXPECT_LE(fit.region_excess[0], 3.6e-3);
   EXPECT_GE(fit.region_excess[0], 0.1 * (1.0 - std::cos(std::numbers::pi / 12)));
+}
+
+// Chords of a circle would take 23; there are sixteen facets.
+TEST(Fit, ABoreOfFewFacetsIsAHexahedronAFacet) {
+  const MeshDistance ring(weld(tube_mesh(0.1, 0.15, 0.03, 16)));
+  FitOptions options = within(1e-3);
+  options.repairs = 1;
+  EXPECT_EQ(fit_hexahedra(ring, options).hexahedra.size(), 16U);
+}
+
+// Solids are cut along walls that face the axes, and along their straight edges they are not cut finer: a
+// tenth of the error takes hardly more pieces.
+TEST(Cells, StraightEdgesCostNoMoreWhereTheErrorIsSmaller) {
+  TriangleMesh steps = box_mesh({0, 0, 0}, {1, 1, 0.1});
+  append(steps, box_mesh({0, 0, 0.1}, {0.5, 1, 0.2}));
+  append(steps, box_mesh({0.1, 0.1, 0.2}, {0.4, 0.9, 0.23}));
+  const MeshDistance mesh(weld(steps));
+  const auto pieces = [&](double over) {
+    const fit::AllowedSpace space(mesh, over, {});
+    return fit::Cells(mesh, space, over).size();
+  };
+  const std::size_t some = pieces(1e-2), more = pieces(1e-3);
+  EXPECT_LE(more, some + some / 4) << some;
+}
+
+// A region is a box along the mesh's own axes: the search turns it, too. Before such a mesh was cut as it
+// stood, at the cost of its slanted edges.
+TEST(Fit, AnAngleThatIsTurnedHasRegionsAtTheCostOfOneThatIsNot) {
+  TriangleMesh mesh = angle_mesh();
+  const double c = 0.8, s = 0.6;
+  for (Vector3& p : mesh.vertices) p = Vector3(c * p.x() - s * p.z(), p.y(), s * p.x() + c * p.z());
+  FitOptions options = within(0.05);
+  options.repairs = 1;
+  const Vector3 end(c * 2.0 - s * 0.5, 0.25, s * 2.0 + c * 0.5);
+  options.regions.push_back({"end", {end - Vector3::Constant(0.3), end + Vector3::Constant(0.3)}, 0.01});
+  const Fit fit = fit_hexahedra(mesh, options), straight = fit_hexahedra(angle_mesh(), within(0.05));
+  EXPECT_EQ(fit.hexahedra.size(), 2U);
+  ASSERT_EQ(fit.region_excess.size(), 1U);
+  EXPECT_LE(fit.region_excess[0], 0.01);
+  EXPECT_LE(fit.pieces, 2 * straight.pieces);
 }
 
 TEST(Fit, AnOpenSheetIsCoveredByAPlate) {
