@@ -82,14 +82,12 @@ class Search {
     return std::min(asked, kCoarsest * solids_[m].bounds().diagonal());
   }
 
-  // Where, of the flight before, the mesh's next cover may come near others. Covers of these may stand out
-  // elsewhere, and what moves goes on by the error before.
+  // Where, of the flight before, the mesh's next cover may come near others: what moves goes on by the error
+  // before. Where two covers stand out elsewhere and so come near each other is seen in their flight.
   std::vector<Bounds> zones_of(std::size_t m, double elsewhere) {
     const ServesRow& last = result_.rows.back();
     NearCells near(solids_[m], error_elsewhere(m, elsewhere));
-    for (const SeenObject& other : last.flight.seen[m])
-      near.add(other, request_.margin + last.in_zones +
-                          (other.mesh ? error_elsewhere(*other.mesh, elsewhere) : 0.0));
+    for (const SeenObject& other : last.flight.seen[m]) near.add(other, request_.margin + last.in_zones);
     return near.boxes();
   }
 
