@@ -22,6 +22,12 @@ constexpr Rounds kFromRest = {1e-2, 0.03, 0.01};
 // Where the start is far off, each round goes on by what the next two or three Newton steps solve: one that
 // starts from much softer impulses takes more steps than it saves, and is left unfinished where work ends.
 constexpr Rounds kFromFar = {1.0, 0.3, 0.1};
+// More contacts than kFew seldom come to an end from there. What is left are slips: the softness stays as
+// long as a round takes more than kCheapSteps Newton steps and is not stuck, since a harder one takes more of
+// them and finds the slips no better.
+constexpr Rounds kFromFarOfMany = {1.0, 0.3, 0.5};
+constexpr std::size_t kFew = 64;
+constexpr int kCheapSteps = 1;
 // Shares of the speeds: a start that leaves less than kHolds holds already: the less it leaves, the less soft
 // the first round is. One that leaves more than kFar is far off.
 constexpr double kHolds = 1e-5, kFar = 1e-3, kSoftness = 1e-5;
@@ -287,7 +293,8 @@ ConvexReport ConvexContacts::solve(const SparseContacts& problem, std::span<doub
   // The less the start leaves, the less soft the first round is.
   double last = report_.residual;
   const double left = last > 0.0 ? last / std::max(fastest(), last) : 0.0;
-  const Rounds& rounds = left < kFar ? kFromRest : kFromFar;
+  const bool is_far_of_many = !(left < kFar) && problem.contacts > kFew;
+  const Rounds& rounds = is_far_of_many ? kFromFarOfMany : left < kFar ? kFromRest : kFromFar;
   const double first_softness = std::clamp(rounds.softness * (left / kHolds), kSoftness, rounds.softness);
   bool is_first = true;
   bool is_over = report_.residual <= tolerance;
@@ -305,6 +312,7 @@ ConvexReport ConvexContacts::solve(const SparseContacts& problem, std::span<doub
   // Each round minimises the softened potential about the impulses of the one before.
   for (int round = 0; round < kMostRounds && !is_over; ++round) {
     find_slips();
+    const int steps_before = report_.newton_steps;
     const Outcome outcome = minimise(std::max(0.1 * tolerance, rounds.inexact * last), budget, kMostSteps);
     if (outcome == Outcome::stuck) break;
     if (outcome == Outcome::solved) impulses_ = gamma_;
@@ -323,7 +331,10 @@ ConvexReport ConvexContacts::solve(const SparseContacts& problem, std::span<doub
     }
     if (is_stuck && softness_ <= hardest_) break;
     is_first = false;
-    set_softness(std::max(is_stuck ? hardest_ : std::min(kSoftness, softness_), rounds.harder * softness_));
+    const bool is_kept =
+        is_far_of_many && report_.newton_steps - steps_before > kCheapSteps && residual <= kStuck * last;
+    const double next = is_kept ? softness_ : rounds.harder * softness_;
+    set_softness(std::max(is_stuck ? hardest_ : std::min(kSoftness, softness_), next));
     last = std::min(last, residual);
   }
   report_.converged = report_.residual <= tolerance;

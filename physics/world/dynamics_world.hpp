@@ -176,10 +176,11 @@ class DynamicsWorld {
     Accuracy accuracy = Accuracy::bounded;
     /// Work that Accuracy::bounded may take in a step for what contacts and joints hold together, before it
     /// goes on with the best found so far, which is said: this many thousand multiplications for each
-    /// contact, eight of them a body at most, as for six contacts for each joint, and as for 18 at least; as
-    /// many again for parting what overlaps. Each further millisecond of the step, up to 16 in all, gives as
-    /// for 18 more to all of these together. Bodies of masses that differ by 1e3 or 1e6 have 2 and 4.5 times
-    /// as much, and their islands' rounds take 2 and 4 times as long. A thousand take some 0.5 us.
+    /// contact, eight of them a body at most, half as many for each beyond 64, as for six contacts for each
+    /// joint, and as for 18 at least; as many again for parting what overlaps. Each further millisecond of
+    /// the step, up to 16 in all, gives as for 18 more to all of these together that have up to 64 contacts,
+    /// joints or masses beyond 4 to 1. Bodies of masses that differ by 1e3 or 1e6 have 2 and 4.5 times as
+    /// much, and their islands' rounds take 2 and 4 times as long. A thousand take some 0.5 us.
     double work = 8.0;
     /// The same by the clock [us], for live use: results then depend on the machine. Infinite: not looked at.
     double most_microseconds = kInfinity;

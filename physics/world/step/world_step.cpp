@@ -29,9 +29,14 @@ constexpr std::uint32_t kMostLargePieces = 4;
 // Contacts that a group's work is always for, and for each of its bodies at most: overlapped heaps have
 // dozens a body. How many a joint counts as.
 constexpr std::size_t kLeastShares = 18, kMostSharesABody = 8, kJointShares = 6;
-// As much again for each further kShortStep [s] of the step, as long as kMostShortSteps at most, is for the
-// groups that need more, the first ones first: a solve that is left unfinished costs more in later steps.
-constexpr double kShortStep = 1e-3, kMostShortSteps = 16.0;
+// Contacts beyond kFullShares count one in kFurther: large groups that move spend all that they have, step by
+// step, each from the last one's impulses.
+constexpr std::size_t kFullShares = 64, kFurther = 2;
+// As much again for each further kShortStep [s] of the step, as long as kMostShortSteps at most, goes to
+// groups of up to kFullShares contacts, to those with joints and to those of masses beyond kUnlike to 1, the
+// first ones first: a solve of theirs that is left unfinished costs more in later steps. Large piles of alike
+// bodies move on whatever it leaves.
+constexpr double kShortStep = 1e-3, kMostShortSteps = 16.0, kUnlike = 4.0;
 // Masses that differ by less than 1 / kAlike are alike; beyond, each kWorkBits of their ratio take as much
 // work again.
 constexpr double kAlike = 0.03, kWorkBits = 4.0;
@@ -162,11 +167,24 @@ void finish_group(double h, WorldParts& world) {
   for (const std::uint32_t i : world.group.kinematics) world.movers.bodies[i].is_met = false;
 }
 
+/// Of the group's heaviest body to its lightest; 0 without bodies.
+double mass_ratio(const Group& group, const Movers& movers) {
+  double lightest = kInfinity, heaviest = 0.0;
+  for (const std::uint32_t i : group.bodies) {
+    const double mass = movers.bodies[i].body.inertia().mass;
+    lightest = std::min(lightest, mass), heaviest = std::max(heaviest, mass);
+  }
+  return heaviest / lightest;
+}
+
 bool step_group(const Group& members, std::span<const Contact> contacts, StepContext& step,
                 WorldParts& world) {
   GroupState& group = world.group;
   // The group gets its budget of work, its points and its joints.
-  step.budget.grant(work_of(members, world.movers, step) + step.spare);
+  const bool is_alike = members.contacts.size() > kFullShares && members.mechanisms.empty() &&
+                        members.joints.empty() && mass_ratio(members, world.movers) <= kUnlike;
+  const double spare = is_alike ? 0.0 : step.spare;
+  step.budget.grant(work_of(members, world.movers, step) + spare);
   step.contradictory_before = step.report.contradictory;
   attach(members, contacts, world.warm, step, world.movers, group);
   mark_jointed(members, world.movers);
@@ -191,7 +209,7 @@ bool step_group(const Group& members, std::span<const Contact> contacts, StepCon
     if (step.report.failure != StepFailure::none) return false;
     clock.left = t >= clock.left ? 0.0 : clock.left - t;
   }
-  step.spare = std::clamp(step.budget.left(), 0.0, step.spare);
+  if (!is_alike) step.spare = std::clamp(step.budget.left(), 0.0, spare);
   // Overlaps are parted, and the results are checked and kept.
   step.report.substeps = std::max(step.report.substeps, clock.pieces);
   part(group, step, world.movers, world.rows, world.solver);
@@ -233,14 +251,12 @@ double work_of(const Group& group, const Movers& movers, const StepContext& step
   for (const std::uint32_t m : group.mechanisms) joints += movers.arms[m].q.size();
   std::size_t shares = kJointShares * joints;
   const std::size_t movable = group.bodies.size() + group.mechanisms.size();
-  shares += std::min(group.contacts.size(), kMostSharesABody * movable);
+  const std::size_t contacts = std::min(group.contacts.size(), kMostSharesABody * movable);
+  const std::size_t full = std::min(contacts, kFullShares);
+  shares += full + (contacts - full) / kFurther;
   // Masses that differ take more rounds.
-  double lightest = kInfinity, heaviest = 0.0;
-  for (const std::uint32_t i : group.bodies) {
-    const double mass = movers.bodies[i].body.inertia().mass;
-    lightest = std::min(lightest, mass), heaviest = std::max(heaviest, mass);
-  }
-  const int bits = std::ilogb(std::max(1.0, kAlike * heaviest / lightest));  // the same from every C library
+  const int bits =
+      std::ilogb(std::max(1.0, kAlike * mass_ratio(group, movers)));  // same from every C library
   return 1e3 * settings.work * (1.0 + bits / kWorkBits) * static_cast<double>(std::max(shares, kLeastShares));
 }
 

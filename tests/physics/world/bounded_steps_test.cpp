@@ -413,15 +413,15 @@ TEST(BoundedSteps, WhatRestsIsHeldToTheExactToleranceAndKeepsItsPoses) {
   EXPECT_LT(moved, 21 * kSteps / 10);
 }
 
-/// One step of twelve cubes that meet at speed.
+/// One step of cubes, on top of each other, that meet at speed.
 struct Jam : Cubes {
-  explicit Jam(double work) {
+  explicit Jam(double work, int count = 12) {
     DynamicsWorld::Settings settings = world.settings();
     settings.work = work;
     world = DynamicsWorld(settings);
     add_ground();
-    for (int i = 0; i < 12; ++i) add_cube({0.02 * (i % 2), 0, kCubeSide * (0.5 + i)});
-    for (std::uint32_t i = 1; i <= 12; ++i) {
+    for (int i = 0; i < count; ++i) add_cube({0.02 * (i % 2), 0, kCubeSide * (0.5 + i)});
+    for (std::uint32_t i = 1; i <= static_cast<std::uint32_t>(count); ++i) {
       const Vector3 v(0.2 * (i % 3), 0.1 * (i % 2), -0.3 * (i % 4));
       world.set_state(i, cube.state(world.pose(i), v, {0.5, 0, 0.3}));
     }
@@ -438,6 +438,12 @@ TEST(BoundedSteps, AStepWithoutWorkGoesOnAndSaysSo) {
   EXPECT_GT(report.unconverged, 0U);
   EXPECT_GT(report.worst_residual, 1e-9);
   EXPECT_LT(scene.world.energy(), before);  // what is not solved gives none
+}
+
+TEST(BoundedSteps, LargeGroupsHaveHalfTheWorkForFurtherContacts) {
+  const StepReport report = Jam(8.0, 60).step(1e-3);
+  EXPECT_TRUE(report.is_work_spent);
+  EXPECT_LE(report.newton_steps, 17U);  // 24 with all of it
 }
 
 TEST(BoundedSteps, WorkMayBeInfinite) {
