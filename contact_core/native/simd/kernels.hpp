@@ -160,8 +160,9 @@ struct Kernels {
   /// rounding, or nearly touch along edges at a small angle.
   void (*certify_boxes)(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
                         std::size_t count, Certified* out);
-  /// Of pairs that these leave open: all but those that touch along a face, in a vertex or, to rounding, at
-  /// an edge's end. Boxes flush across an axis of the world are among those decided; see touching_boxes.hpp.
+  /// Of pairs that these leave open, most that touch across an axis of the world or at edges. Left are those
+  /// that touch along another face, in a vertex or within 1/64 of an edge's end, very thin ones, and some with
+  /// several axes open; see touching_boxes.hpp.
   void (*certify_touching_boxes)(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
                                  std::size_t count, Certified* out);
   /// As certify_parallelepipeds (parallelepiped_overlap.hpp).

@@ -13,11 +13,12 @@
 // coordinate of all vertices there p +- half, rounded once: the hull lies between two planes across the
 // world's axis and fills two faces in them. If that holds for both boxes, comparing the two intervals is
 // exact, and intervals that do not meet separate. If they meet, the hulls do if their faces, seen along the
-// axis, have a point x in common: A has points over x up to its upper plane and down to its lower one, and so
-// has B. Seen so the faces are rectangles but for the same errors as in three dimensions (the axis of either
-// box that is the world's is off by the defect in the other coordinates, as its products with the other two
-// are), and two rectangles overlap by more than these where the slacks of the four other face axes exceed m.
-// Where all three axes of both boxes are the world's, the hulls are boxes and comparing is all.
+// axis, have a point x in common where the intervals do: at a level between its planes, the section of a
+// hull is a mixture of its two faces, and x is in all of them. Seen so the faces are rectangles but for the
+// same errors as in three dimensions (the axis of either box that is the world's is off by the defect in
+// the other coordinates, as its products with the other two are), and two rectangles overlap by more than
+// these where the slacks of the four other face axes exceed m. Where all three axes of both boxes are the
+// world's, the hulls are boxes and comparing is all.
 //
 // Crossing edges. The open axes, those with a slack not above m, name an edge a0 a1 of A and b0 b1 of B; a
 // bad guess certifies nothing. E_A = a1 - a0, E_B = b1 - b0 of the world's vertices as doubles, n = E_A x
@@ -41,13 +42,14 @@
 //
 // Rounding there. Differences are exact as sums of two doubles. With M = |E_A|_inf |E_B|_inf, a component of
 // n is below 2 M and off by 2 * 8 u^2 M for its products and 3 u^2 * 2 M for their difference, 22 u^2 M. So N
-// is right to 2^-41 where |n| >= kSine M, kSine = 2^-60. Of w = b0 - a0, n . w is n . r with r = w - alpha
+// is right to 2^-40 where |n| >= kSine M, kSine = 2^-60. Of w = b0 - a0, n . w is n . r with r = w - alpha
 // E_A + beta E_B whatever alpha and beta are; with those of the feet r is short, so that n's error counts
 // little, at any angle. r is off by 4 u^2 for each product and 3 u^2 for each of two sums of what is added
 // up, so by 10 u^2 R in all, R = |w|_1 + |alpha| |E_A|_1 + |beta| |E_B|_1; n . r then by |n|_inf 10 u^2 R, 22
 // u^2 M |r|_1 for n's error and 14 u^2 * 2 M |r|_1 for products and sums. kWide = 64 u^2 times M |r|_1 +
-// |n|_inf R covers it. Products below 2^-960 count as exact: with M >= kLeastArea and magnitudes below 2^121
-// that is less than kLeastVolume = 2^-880 in all. The feet are alpha = (w x E_B) . n / |n|^2, beta = (w x
+// |n|_inf R covers it. Products below 2^-960 lose up to 2^-1013 each. With M >= kLeastArea and magnitudes
+// below 2^121 a coordinate of r so loses 2^-1012 at most, which n, below 2^243, makes 2^-767 in n . r; all
+// else is less: below kLeastVolume = 2^-760 in all. The feet are alpha = (w x E_B) . n / |n|^2, beta = (w x
 // E_A) . n / |n|^2. As w x E_B = alpha n + s N x E_B, what is computed is off by 22 u^2 |w|_1 |E|_inf / |n|
 // for the first product, 38 u^2 M |s| |E| / |n|^2 for n's own error, and kFootRoundoffs = 8 u of alpha, which
 // kInside swallows, and of |s| |E| / |n|: by kWide |E|_1 (|w|_1 + M |s| / |n|) / |n| + 8 u |E|_1 |s| / |n| at
@@ -78,7 +80,7 @@ constexpr double kThick = 0x1p-33;
 constexpr double kInside = 0x1p-6;
 constexpr double kShallow = 0x1p-8;
 constexpr double kWide = 64 * kU * kU;
-constexpr double kLeastVolume = 0x1p-880;
+constexpr double kLeastVolume = 0x1p-760;
 constexpr double kLeastArea = 0x1p-400;
 constexpr double kSine = 0x1p-60;
 constexpr double kFootRoundoffs = 8;

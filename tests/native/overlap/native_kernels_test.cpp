@@ -32,6 +32,14 @@ struct Crowd {
     world_vertices(b, X_WB, b_W);
     meet.push_back(numerics::hulls_intersect(a_W, b_W));
   }
+
+  /// The same boxes 2^scale as large.
+  void add_scaled(int scale, const Hexahedron& a, Pose X_WA, const Hexahedron& b, Pose X_WB) {
+    const double k = std::ldexp(1.0, scale);
+    X_WA.p *= k, X_WB.p *= k;
+    add(Hexahedron::from_size(2.0 * k * a.half_extents()), X_WA,
+        Hexahedron::from_size(2.0 * k * b.half_extents()), X_WB);
+  }
 };
 
 /// Apart, overlapping, within an ulp of touching, far away; ordinary magnitudes and others; all kinds.
@@ -161,14 +169,17 @@ Vector3 unit(const Vector3& v) { return v / norm(v); }
 
 /// Boxes of which an edge meets one of the other within roundings, at a sine of 1 to 2^-52 or 0: anywhere
 /// along both edges and a little beyond their ends, seen along any direction between the edges' faces and a
-/// little beyond.
-Crowd make_crossing_edges(int count) {
+/// little beyond. Matrices are rotations but for `defect`; the boxes are 2^scale as large.
+Crowd make_crossing_edges(int count, double defect, int scale) {
   Random random(45);
   Crowd out;
   for (int i = 0; i < count; ++i) {
     const auto box = [&] { return random.below(4) == 0 ? random.slab_or_needle() : random.box(); };
     const auto place = [&] { return random.uniform(-1.05, 1.05); };
     const auto angle = [&] { return random.uniform(-0.02, 1.59); };
+    const auto disturb = [&](Pose& X) {
+      for (int k = 0; k < 3; ++k) X.R.col(k) += random.vector(defect);
+    };
     const Hexahedron a = box(), b = box();
     const int edge_a = random.below(3), edge_b = random.below(3);
     // A's edge, and a direction outwards there.
@@ -176,6 +187,7 @@ Crowd make_crossing_edges(int count) {
     const Vector3 outwards = unit(cross(along, random.vector(1.0)));
     Pose X_WA;
     X_WA.R = frame_about_edge(edge_a, along, outwards, angle());
+    disturb(X_WA);
     X_WA.p = random.vector(random.below(3) == 0 ? 1000.0 : 0.5);
     // B's edge, turned about that direction.
     const int exponent = random.below(60);
@@ -183,11 +195,57 @@ Crowd make_crossing_edges(int count) {
     const Vector3 turned = std::sqrt(1.0 - sine * sine) * along + sine * cross(outwards, along);
     Pose X_WB;
     X_WB.R = frame_about_edge(edge_b, unit(turned), -outwards, angle());
+    disturb(X_WB);
     const double gap =
         0x1p-53 * (random.below(5) - 2) * std::ldexp(1.0, random.below(3) == 0 ? random.below(20) : 0);
     X_WB.p = (transform(X_WA, on_outer_edge(a, edge_a, place())) + gap * outwards) -
              rotate(X_WB.R, on_outer_edge(b, edge_b, place()));
-    out.add(a, X_WA, b, X_WB);
+    out.add_scaled(scale, a, X_WA, b, X_WB);
+  }
+  return out;
+}
+
+/// Vertex of a box turned by R about its centre, as its world vertex is computed.
+Vector3 turned_vertex(const Matrix3& R, const Vector3& half, const std::array<double, 3>& signs) {
+  Vector3 out;
+  for (int i = 0; i < 3; ++i)
+    out(i) = (signs[0] * half(0) * R(i, 0) + signs[1] * half(1) * R(i, 1)) + signs[2] * half(2) * R(i, 2);
+  return out;
+}
+
+/// Boxes of 2^105 to 2^114 that meet in a vertex of each, of edges at a sine of 2^-20 to 2^-55; but A lies
+/// aside by so little that its products with the edges' directions are denormal numbers.
+Crowd make_edges_next_to_denormals(int count) {
+  Random random(47);
+  Crowd out;
+  while (static_cast<int>(out.pairs.size()) < count) {
+    const double length = std::ldexp(1.0, 105 + random.below(10));
+    const auto extent = [&] { return 2.0 * random.uniform(0.3, 1.0) * length; };
+    const double square = extent();
+    const Hexahedron a = Hexahedron::from_size({square, square, extent()});
+    const Hexahedron b = Hexahedron::from_size({extent(), extent(), extent()});
+    // A vertex of A whose first coordinate is that of A's centre, exactly.
+    const double angle = random.uniform(-3.2, 3.2), c = std::sqrt(0.5);
+    Pose X_WA, X_WB;
+    X_WA.R.col(0) = Vector3(c, c * std::cos(angle), c * std::sin(angle));
+    X_WA.R.col(1) = Vector3(-c, c * std::cos(angle), c * std::sin(angle));
+    X_WA.R.col(2) = Vector3(0.0, -std::sin(angle), std::cos(angle));
+    // B's edge is A's, turned by the sine about a direction outwards.
+    const int exponent = 20 + random.below(36), edge_b = random.below(3);
+    const double lean = std::ldexp(1.0, std::min(0, exponent - 53 + random.below(4)));
+    const Vector3 outwards =
+        unit(Vector3(random.uniform(-0.5, 0.5) * lean, std::cos(angle), std::sin(angle)));
+    const double sine = std::ldexp(random.uniform(-1.0, 1.0), -exponent);
+    const Vector3 along = X_WA.R.col(2);
+    const Vector3 turned = std::sqrt(1.0 - sine * sine) * along + sine * cross(outwards, along);
+    X_WB.R = frame_about_edge(edge_b, unit(turned), -outwards, random.uniform(0.1, 1.45));
+    std::array<double, 3> at_b = {1.0, 1.0, 1.0};
+    at_b[edge_b] = -1.0;
+    X_WA.p = -turned_vertex(X_WA.R, a.half_extents(), {1.0, 1.0, -1.0});
+    X_WB.p = -turned_vertex(X_WB.R, b.half_extents(), at_b);
+    if (X_WA.p(0) != 0.0) continue;
+    X_WA.p(0) = std::ldexp(random.uniform(-1.0, 1.0), -956 - exponent - random.below(8));
+    if (is_valid_pose(X_WA) && is_valid_pose(X_WB)) out.add(a, X_WA, b, X_WB);
   }
   return out;
 }
@@ -202,8 +260,8 @@ Matrix3 turn_about(int k, double tangent) {
 }
 
 /// Boxes one on the other along an axis of the world, within an ulp, and beside each other by 2^-20 to 2^-52
-/// at most, where not well within reach.
-Crowd make_flush_along_the_world(int count) {
+/// at most, where not well within reach; 2^scale as large.
+Crowd make_flush_along_the_world(int count, int scale) {
   Random random(46);
   Crowd out;
   for (int i = 0; i < count; ++i) {
@@ -224,7 +282,7 @@ Crowd make_flush_along_the_world(int count) {
     const double up = random.below(2) == 0 ? 1.0 : -1.0;
     X_WB.p(k) = X_WA.p(k) + up * (a.half_extents()(k) + b.half_extents()(k));
     if (random.below(3) == 0) X_WB.p(k) = std::nextafter(X_WB.p(k), X_WB.p(k) + up * (random.below(2) - 0.5));
-    out.add(a, X_WA, b, X_WB);
+    out.add_scaled(scale, a, X_WA, b, X_WB);
   }
   return out;
 }
@@ -254,11 +312,21 @@ int count_left_by_touching_kernels(const Crowd& crowd) {
 }
 
 TEST(NativeKernels, CrossingEdgesAreDecidedRightOnEveryInstructionSet) {
-  EXPECT_LT(count_left_by_touching_kernels(make_crossing_edges(20000)), 3500);
+  EXPECT_LT(count_left_by_touching_kernels(make_crossing_edges(20000, 0.0, 0)), 3500);
+  // Margins grow with the defect, but not with the scale.
+  for (const int scale : {-100, 0, 100})
+    EXPECT_LT(count_left_by_touching_kernels(make_crossing_edges(5000, 3e-7, scale)), 2700) << scale;
+}
+
+/// What products lose below the smallest numbers is in the bound of the error, too.
+TEST(NativeKernels, CrossingEdgesNextToDenormalsAreNeverWrong) {
+  count_left_by_touching_kernels(make_edges_next_to_denormals(20000));
 }
 
 TEST(NativeKernels, BoxesFlushAlongTheWorldAreDecidedRightOnEveryInstructionSet) {
-  EXPECT_LT(count_left_by_touching_kernels(make_flush_along_the_world(20000)), 1700);
+  EXPECT_LT(count_left_by_touching_kernels(make_flush_along_the_world(20000, 0)), 1700);
+  for (const int scale : {-100, 100})
+    EXPECT_LT(count_left_by_touching_kernels(make_flush_along_the_world(5000, scale)), 425) << scale;
 }
 
 TEST(NativeKernels, BatchesAndSinglePairsAreRightOnEveryInstructionSet) {
