@@ -87,6 +87,7 @@ class AllowedSpace {
   bool search(Query& query, std::uint32_t cell, unsigned faces);
   bool search_children(Query& query, std::uint32_t cell, unsigned faces, bool is_new);
   void search_block(Query& query, const Vector3& centre, double half, double limit, unsigned faces) const;
+
   const MeshDistance& mesh_;
   double over_;
   std::vector<LimitBox> boxes_;

@@ -29,7 +29,7 @@ int fewest(const RoundPart& part, double limit) {
 
 // Whether both have the same facets, with their corners in the same directions from the axis.
 bool have_same_facets(const RoundPart& part, const RoundPart& bore) {
-  if (part.facets != bore.facets) return false;
+  if (part.facets == 0 || part.facets != bore.facets) return false;
   const double sine = dot(cross(bore.start, part.start), bore.axis), cosine = dot(bore.start, part.start);
   return std::cos(bore.facets * std::atan2(sine, cosine)) > 1.0 - 1e-6;
 }

@@ -82,7 +82,7 @@ void prefetch_hull(const SolidSet& set, SolidIndex solid, bool depth, bool faces
     fetch(&hull.record, offsetof(HullRecord, normals[1]));
     fetch(hull.record.edges, 12 * sizeof(HullEdge));
   }
-  if (faces) fetch(&hull.features, sizeof(int) + 7 * sizeof(HullFace));
+  if (faces) fetch(&hull.features, offsetof(SolidFeatures, faces) + 6 * sizeof(HullFace));
 }
 
 DepthRecord hull_depth(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,

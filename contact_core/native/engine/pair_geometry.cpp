@@ -429,7 +429,7 @@ void compute_block(const SolidSet& set, const Kernels& kernels, const Narrowphas
   if (wants_distance(input.query))
     compute_hull_distances(set, kernels, input.poses, std::span(others.pairs).first(others.count),
                            records.distance.data());
-  // A pair's solids are fetched before its hulls, which they lead to.
+  // A pair's solids are fetched some pairs before its hulls, which they lead to.
   constexpr std::size_t kSolidsAhead = 6, kHullsAhead = 2;
   for (std::size_t i = 0; i < others.count; ++i) {
     if (i + kSolidsAhead < others.count) {

@@ -59,7 +59,8 @@ struct alignas(64) ParallelepipedEdges {
 
 /// An edge of a solid's hull: a cache line has two.
 struct HullEdge {
-  double direction[3];  ///< unit, along the first face's loop
+  /// Unit, along the first face's loop. Lanes load the eight bytes after it, too.
+  double direction[3];
   std::uint8_t vertices[2];
   std::uint8_t padding[6];
 };
@@ -161,8 +162,8 @@ struct Kernels {
   void (*certify_boxes)(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
                         std::size_t count, Certified* out);
   /// Of pairs that these leave open, most that touch across an axis of the world or at edges. Left are those
-  /// that touch along another face, in a vertex or within 1/64 of an edge's end, very thin ones, and some with
-  /// several axes open; see touching_boxes.hpp.
+  /// that touch along another face, in a vertex or within 1/64 of an edge's end, very thin ones, and some
+  /// with several axes open; see touching_boxes.hpp.
   void (*certify_touching_boxes)(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
                                  std::size_t count, Certified* out);
   /// As certify_parallelepipeds (parallelepiped_overlap.hpp).
