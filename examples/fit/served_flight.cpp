@@ -80,12 +80,22 @@ std::vector<std::size_t> those_that_may_meet(const Scene& scene, std::size_t tar
 }
 
 double angle_between(const Matrix3& from, const Matrix3& to) {
-  const Matrix3 turn = to * from.transpose();
-  return std::acos(std::clamp(0.5 * (turn.trace() - 1.0), -1.0, 1.0));
+  // Frobenius' norm of the difference is sqrt(8) sin(angle / 2).
+  return 2.0 * std::asin(std::min(1.0, std::sqrt((to - from).squaredNorm() / 8.0)));
 }
 
-/// Follows what a mesh sees of another object. In a part of a frame each of both turns by less than a right
-/// angle.
+/// A mesh and another object at one time.
+struct Places {
+  Pose X_WT, X_WO;
+};
+
+/// How far an arc leaves its chord, most in the middle, for less than a turn: of a point that goes on
+/// straight and about an axis, both evenly, as origins do between two poses.
+double bow(const Vector3& start_W, const Vector3& middle_W, const Vector3& end_W) {
+  return norm(middle_W - 0.5 * (start_W + end_W));
+}
+
+/// Follows what a mesh sees of another object, both on paths of a straight line and less than a turn.
 class Follower {
  public:
   Follower(std::size_t object, std::optional<std::size_t> mesh, const HexahedronTree& tree) {
@@ -96,28 +106,42 @@ class Follower {
       reach_ = std::max(reach_, norm(Vector3(part.low.cwiseAbs().cwiseMax(part.high.cwiseAbs()))));
   }
 
-  /// The first poses of all, or those at the next end of a part.
-  void add(const Pose& X_WT, const Pose& X_WO) {
-    const Pose X_TO = compose(inverse(X_WT), X_WO);
-    double strays = 0.0;
-    if (!seen_.X_TO.empty()) {
-      const Pose& last = seen_.X_TO.back();
-      if (X_TO.R == last.R && X_TO.p == last.p) return;
-      // Half of the way of its farthest point: seen from a mesh that turns, all goes about that.
-      const double turned = angle_between(last_R_WT_, X_WT.R);
-      strays = 0.5 * (norm(X_TO.p - last.p) + reach_ * angle_between(last.R, X_TO.R) +
-                      turned * (std::max(norm(X_TO.p), norm(last.p)) + reach_));
-    }
+  /// The first places of all, or where the last ones went straight.
+  void add(const Places& end) {
+    add({{end.X_WT.R, 0.5 * (last_.X_WT.p + end.X_WT.p)}, {end.X_WO.R, 0.5 * (last_.X_WO.p + end.X_WO.p)}},
+        end);
+  }
+  /// The next ones, and those in the middle of the way to them.
+  void add(const Places& middle, const Places& end) {
+    const double strays = seen_.X_TO.empty() ? 0.0 : most_off(middle, end);
+    const Pose X_TO = compose(inverse(end.X_WT), end.X_WO);
+    last_ = end;
+    if (!seen_.X_TO.empty() && strays == 0.0 && is_same(X_TO, seen_.X_TO.back())) return;
     seen_.X_TO.push_back(X_TO);
     seen_.strays.push_back(strays);
-    last_R_WT_ = X_WT.R;
   }
 
   SeenObject take() { return std::move(seen_); }
 
  private:
+  /// Were both origins on their chords, a point would be no farther from one of both ends than half of its
+  /// way, which is no longer than that of the chords' difference, and of the turns: seen from a mesh that
+  /// turns, all goes about its origin. What the arcs add is how far they leave the chords.
+  double most_off(const Places& middle, const Places& end) const {
+    const auto turned = [](const Pose& from, const Pose& by, const Pose& to) {
+      return angle_between(from.R, by.R) + angle_between(by.R, to.R);
+    };
+    const double turned_T = turned(last_.X_WT, middle.X_WT, end.X_WT),
+                 turned_O = turned(last_.X_WO, middle.X_WO, end.X_WO);
+    const Vector3 from = last_.X_WO.p - last_.X_WT.p, to = end.X_WO.p - end.X_WT.p;
+    const double way =
+        norm(to - from) + turned_T * std::max(norm(from), norm(to)) + reach_ * (turned_T + turned_O);
+    return 0.5 * way + bow(last_.X_WT.p, middle.X_WT.p, end.X_WT.p) +
+           bow(last_.X_WO.p, middle.X_WO.p, end.X_WO.p);
+  }
+
   SeenObject seen_;
-  Matrix3 last_R_WT_ = Matrix3::Identity();
+  Places last_;
   double reach_ = 0.0;
 };
 
@@ -145,6 +169,18 @@ void warn_within(double margin, const std::vector<std::size_t>& targets, SceneWo
   }
 }
 
+/// From where on in a part of a frame an object stands still; 1 where it never does, or does all along.
+double stop_of(const ContactWorld& world, ObjectHandle object, std::size_t part) {
+  const Pose end = world.executed_pose(object, part, 1.0);
+  const auto stands = [&](double s) { return is_same(world.executed_pose(object, part, s), end); };
+  double moves = 0.0, stopped = std::nextafter(1.0, 0.0);
+  if (stands(moves) || !stands(stopped)) return 1.0;
+  // Halved until no number is between.
+  for (double s = 0.5; s > moves && s < stopped; s = 0.5 * (moves + stopped))
+    (stands(s) ? stopped : moves) = s;
+  return stopped;
+}
+
 /// What each mesh sees of a flight, frame by frame.
 class Followers {
  public:
@@ -162,14 +198,28 @@ class Followers {
 
   /// Adds where all are now.
   void look(SceneWorld& flown) {
-    add([&](std::size_t object) { return flown.world().actual_pose(flown.object(object)); });
+    for_all(flown, [&](ObjectHandle mesh, ObjectHandle other, Follower& follower) {
+      follower.add({flown.world().actual_pose(mesh), flown.world().actual_pose(other)});
+    });
   }
-  /// Adds the frame that was flown last. Slides may go around a corner: each sub-step is a part.
+  /// Adds the frame that was flown last. Slides may go around a corner: each sub-step is a part. Where one of
+  /// both is stopped the other goes on alone.
   void follow(SceneWorld& flown) {
     const ContactWorld& world = flown.world();
-    for (std::size_t part = 0; part < world.executed_parts(); ++part)
-      for (const double s : {0.0, 1.0})
-        add([&](std::size_t object) { return world.executed_pose(flown.object(object), part, s); });
+    for_all(flown, [&](ObjectHandle mesh, ObjectHandle other, Follower& follower) {
+      for (std::size_t part = 0; part < world.executed_parts(); ++part) {
+        const auto at = [&](double s) {
+          return Places{world.executed_pose(mesh, part, s), world.executed_pose(other, part, s)};
+        };
+        const double a = stop_of(world, mesh, part), b = stop_of(world, other, part);
+        follower.add(at(0.0));
+        double from = 0.0;
+        for (const double to : {std::min(a, b), std::max(a, b), 1.0}) {
+          if (to > from) follower.add(at(0.5 * (from + to)), at(to));
+          from = to;
+        }
+      }
+    });
     look(flown);
   }
   std::vector<std::vector<SeenObject>> take() {
@@ -186,10 +236,10 @@ class Followers {
     std::size_t other;
     Follower follower;
   };
-  template <class PoseOf>
-  void add(const PoseOf& pose_of) {
+  template <class Visit>
+  void for_all(SceneWorld& flown, const Visit& visit) {
     for (std::size_t m = 0; m < targets_.size(); ++m)
-      for (Pair& pair : pairs_[m]) pair.follower.add(pose_of(targets_[m]), pose_of(pair.other));
+      for (Pair& pair : pairs_[m]) visit(flown.object(targets_[m]), flown.object(pair.other), pair.follower);
   }
 
   const std::vector<std::size_t>& targets_;

@@ -116,6 +116,82 @@ TEST_F(Serves, AFrameThatGoesAroundACornerIsSeenAlongIt) {
   EXPECT_GT(highest, 3.5 * along.y());  // over the plate's end
 }
 
+/// A box that nothing meets.
+Fit cover_aside() {
+  Fit cover;
+  cover.hexahedra.push_back({test::box_vertices({-0.1, -0.1, -0.1}, {1.0, 1.0, 1.0}), 1.0, {0, 0, 0}});
+  return cover;
+}
+
+/// Turns by 0.3 rad about a pivot 10 m off, which goes so that the end of the turn is where it began.
+Motion pivoted(const Vector3& p_W) {
+  const double lever = 10.0, turn = 0.3;
+  MotionSegment segment;
+  segment.duration = 1.0;
+  segment.rate = turn;
+  segment.pivot_W = p_W - Vector3(lever, 0, 0);
+  segment.velocity_W = Vector3(lever * (1.0 - std::cos(turn)), -lever * std::sin(turn), 0);
+  return {{segment}, {}};
+}
+
+/// From the first pose of a frame to the last: how far the farthest corner is from where it is at both, at
+/// most. @param X_TO at s.
+template <class At>
+double strayed(const SeenObject& seen, const At& X_TO) {
+  double most = 0.0;
+  for (const Bounds& part : seen.parts_O)
+    for (const Vector3& q : test::box_vertices(part.low, part.high))
+      for (int k = 0; k <= 1000; ++k) {
+        const Vector3 at = transform(X_TO(k / 1000.0), q);
+        most =
+            std::max(most, std::min(norm(at - transform(X_TO(0.0), q)), norm(at - transform(X_TO(1.0), q))));
+      }
+  return most;
+}
+
+// Both ends are in one place, the way between is an arc.
+TEST_F(Serves, WhatTurnsAboutAPivotIsSeenOnItsArc) {
+  const Fit cover = cover_aside();
+  const std::array<const Fit*, 1> covers = {&cover};
+  ServesRequest asked = request(kComes);
+  asked.scene.frame_rate = asked.scene.duration = 1.0;
+  for (const bool is_mesh : {false, true}) {
+    const Pose mesh = asked.scene.objects[0].X_WO, cube = asked.scene.objects[1].X_WO;
+    const Motion motion = pivoted(is_mesh ? mesh.p : cube.p);
+    asked.scene.objects[0].motion = is_mesh ? motion : Motion{};
+    asked.scene.objects[1].motion = is_mesh ? Motion{} : motion;
+    asked.scene.objects[0].is_static = !is_mesh;
+    const SeenObject seen = fly_scene(asked, covers).seen[0][0];
+    const double truth = strayed(seen, [&](double s) {
+      const Pose moved = pose_at(motion, is_mesh ? mesh : cube, s);
+      return is_mesh ? compose(inverse(moved), cube) : compose(inverse(mesh), moved);
+    });
+    ASSERT_EQ(seen.X_TO.size(), 2U) << is_mesh;
+    EXPECT_GT(truth, 0.1) << is_mesh;
+    EXPECT_GE(seen.strays[1], truth) << is_mesh;
+    EXPECT_LE(seen.strays[1], (is_mesh ? 6.0 : 1.5) * truth) << is_mesh;
+  }
+}
+
+// A wall stops the cube half-way, 1 m on; the mesh goes 1 m in the whole frame: both end as they began.
+TEST_F(Serves, WhereOneIsStoppedTheOtherIsSeenToGoOn) {
+  ServesRequest asked = request(
+      "    motion: {segments: [{velocity: [2, 0, 0]}]}\n"
+      "  - name: wall\n    static: true\n    pose: {position: [4.6, 0.25, 0.5]}\n"
+      "    hexahedra: [{name: w, box: {size: [1, 1, 1]}}]\n");
+  asked.scene.frame_rate = asked.scene.duration = 1.0;
+  asked.scene.objects[0].is_static = false;
+  asked.scene.objects[0].motion = asked.scene.objects[1].motion;
+  asked.scene.objects[0].motion.segments[0].velocity_W = Vector3(1, 0, 0);
+  const Fit cover = cover_aside();
+  const std::array<const Fit*, 1> covers = {&cover};
+  const SeenObject seen = fly_scene(asked, covers).seen[0][0];
+  ASSERT_EQ(seen.X_TO.size(), 3U);
+  EXPECT_NEAR(seen.X_TO[1].p.x() - seen.X_TO[0].p.x(), 0.5, 1e-5);
+  EXPECT_NEAR(seen.X_TO[2].p.x() - seen.X_TO[0].p.x(), 0.0, 1e-5);
+  for (const std::size_t i : {1U, 2U}) EXPECT_NEAR(seen.strays[i], 0.25, 1e-5);
+}
+
 TEST_F(Serves, TheScenesOwnRuleOfThePairStays) {
   Fit coarse;
   coarse.hexahedra.push_back({test::box_vertices({-0.1, -0.1, -0.1}, {2.3, 2.1, 1.1}), 1.5, {2, 2, 0.5}});
