@@ -22,8 +22,13 @@ Matrix3 point_inertia(double mass, const Vector3& r) {
 MassMoments total_moments(std::span<const PlacedHexahedron> solids, std::string_view name) {
   if (solids.empty()) reject(name, "no hexahedron to compute the inertia from");
   MassMoments sum;
-  for (const PlacedHexahedron& placed : solids)
-    sum += touchstone::transform(placed.X_OS, mass_moments(placed.solid));
+  for (const PlacedHexahedron& placed : solids) {
+    try {
+      sum += touchstone::transform(placed.X_OS, mass_moments(placed.solid));
+    } catch (const InputError& error) {
+      reject(name, "hexahedron '" + placed.name + "': " + error.what());
+    }
+  }
   return sum;
 }
 

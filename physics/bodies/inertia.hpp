@@ -27,10 +27,11 @@ enum class Thinness : std::uint8_t {
 /// less the largest is twice an integral of a square. Moments are judged to 64 roundings of the largest.
 void validate(const BodyInertia& inertia, Thinness thinness, std::string_view name);
 
-/// The inertia of hexahedra of uniform density: each is the convex hull of its eight vertices, cut into
-/// tetrahedra from a point within, whose second moments are polynomials of their corners: exact but for
-/// rounding. Where hexahedra overlap, both count.
-/// @param density [kg/m3]. @throws InputError: no hexahedron, a density that is not finite and positive.
+/// The inertia of hexahedra of uniform density, exact but for rounding: the convex hull of eight vertices is
+/// cut into tetrahedra from a point within, whose second moments are polynomials of their corners; of rounded
+/// solids spheres, capsules, rounded boxes and plates have closed forms. Where hexahedra overlap, both count.
+/// @param density [kg/m3]. @throws InputError naming `name`: no hexahedron, a density that is not finite and
+/// positive, a rounded solid whose core is no box, by its name.
 BodyInertia inertia_of_density(std::span<const PlacedHexahedron> solids, double density,
                                std::string_view name);
 /// The same for a given total mass [kg].

@@ -113,6 +113,17 @@ TEST(BodyInertia, WhatNoSolidHasIsRefusedByName) {
               testing::HasSubstr("ghost: no hexahedron"));
 }
 
+TEST(BodyInertia, TheSolidWhoseMassIsNotKnownIsNamed) {
+  std::array<Vector3, 8> corners = Hexahedron::from_size({1, 1, 1}).vertices();
+  for (Vector3& p : corners) p.x() += 0.25 * p.z();
+  const std::array solids = {placed(Hexahedron::sphere(0.5)),
+                             PlacedHexahedron{"wedge", Hexahedron::from_vertices(corners).padded(0.1), {}}};
+  EXPECT_THAT(refusal_of([&] { inertia_of_density(solids, 1.0, "payload"); }),
+              testing::StartsWith("payload: hexahedron 'wedge': the mass of a rounded solid"));
+  EXPECT_THAT(refusal_of([&] { inertia_of_mass(solids, 1.0, "payload"); }),
+              testing::StartsWith("payload: hexahedron 'wedge': the mass of a rounded solid"));
+}
+
 TEST(BodyInertia, OfALinkIsShiftedToItsCentreOfMass) {
   // A 5 m, 70 kg rod from its end: m L^2 / 3 there, m L^2 / 12 in the middle.
   MassProperties rod{70.0, {2.5, 0, 0}, Matrix3::Zero(), Vector3::Zero()};
