@@ -144,7 +144,7 @@ bool NarrowphaseContacts::is_covered(SolidIndex solid, SolidIndex other, const V
   const std::span<const PlacedHexahedron> solids = part.tree->solids();
   if (solids.size() < 2) return false;
   const Hexahedron& hexahedron = solids[solid - part.first_solid].solid;
-  if (hexahedron.is_rounded()) return false;  // it has no face that a neighbour could cover
+  if (hexahedron.is_rounded()) return false;  // flat faces of rounded boxes count as free, at seams too
   const Pose& X_WS = poses_[solid];
   // The normal leaves by the face whose outward normal is nearest to it.
   int face = 0;
