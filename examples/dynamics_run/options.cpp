@@ -50,7 +50,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, const st
       ->check(CLI::PositiveNumber);
   std::string folder;
   app.add_option("--scenes", folder, "Folder with the scenes");
-  options.robots.sphere_facets = 8;  // dynamics take no rounded solids
+  options.robots.sphere_facets = 8;  // of the engines, ours alone takes rounded solids
   comparison::add_robot_options(app, options.robots);
   app.add_flag("--list", options.list, "List scenes and backends");
   if (!comparison::parse_command_line(app, argc, argv)) return std::nullopt;

@@ -75,10 +75,10 @@ void add_robot_options(CLI::App& app, RobotChoices& choices) {
       "Folder that keeps covers of meshes from run to run; they are proven anew where they are used");
   app.add_flag("--any-mesh-size", choices.any_mesh_size,
                "Takes robots whose largest mesh is 30 times as large as the joints reach, or a 300th");
-  app.add_option(
-         "--sphere-facets", choices.sphere_facets,
-         "Spheres and capsules of robots: 0, exact, for backends that take rounded solids (native, exact; no "
-         "dynamics); else hexahedra with so many facets round, 8 or 16, for all")
+  app.add_option("--sphere-facets", choices.sphere_facets,
+                 "Spheres and capsules of robots: 0, exact, for backends that take rounded solids (native, "
+                 "exact) and our dynamics over these; else hexahedra with so many facets round, 8 or 16, for "
+                 "all")
       ->capture_default_str();
   app.add_option("--srdf", choices.srdf, "SRDF file with the pairs of links that are not checked");
 }
