@@ -149,6 +149,10 @@ def stops(file):
            "phantom", "false stops"], rows)
 
 
+def depth(metres):
+    return f"{metres:.3g} m" if round(1e3 * metres) >= 1000 else f"{1e3 * metres:.3g} mm"
+
+
 def station(*scenes):
     text = sys.stdin.read()
     flights = re.findall(r"deadlines missed (\d+) of (\d+)", text)
@@ -159,7 +163,7 @@ def station(*scenes):
         sys.exit("station: a flight or a replay lacks figures:\n" + text)
     rows = []
     for s, scene in enumerate(scenes):
-        of = [f"{int(count)}" + (f", {1e3 * float(deep):.3g} mm" if int(count) else "")
+        of = [f"{int(count)}" + (f", {depth(float(deep))}" if int(count) else "")
               for _, count, _, deep in merged[4 * s:4 * s + 4]]
         rows.append([f"`{scene}`", merged[4 * s][2]] + of + [", ".join(steps[s]), " of ".join(flights[s]),
                                                              ", ".join(decided[s])])

@@ -1,5 +1,5 @@
 # Fails when a table of figures stands in a page whose head does not name the command that wrote it, with version, machine
-# and date.
+# and date. The machine's kernel is named by its version, without what a host adds to it.
 # Figures are cells that are a number alone, and cells with a decimal, a power of ten or a number with a unit.
 # cmake -D ROOT=... -D PAGES=a.md,b.md [-D ALLOWED=FILE] -P measured_tables.cmake
 # ALLOWED: lines `page: | head | of the table |`, [] as () and code as CODE; one that allows nothing is an error, too.
@@ -12,12 +12,16 @@ if(ALLOWED)
 endif()
 set(unused ${allowed})
 set(found)
+set(hosts)
 foreach(page IN LISTS pages)
   file(READ ${ROOT}/${page} text)
   string(SUBSTRING "${text}" 0 4000 head)
   string(FIND "${head}" "\n| " table)
   string(SUBSTRING "${head}" 0 ${table} head)
   string(REPLACE ";" "," head "${head}")
+  if(head MATCHES "\nTouchstone [^\n]*(Linux [0-9.]+-[^ ]*)")
+    list(APPEND hosts "${page}: ${CMAKE_MATCH_1}")
+  endif()
   if(head MATCHES "\n(Written by|Printed by|Joined from what these runs wrote:) `" AND
       head MATCHES "\nTouchstone [0-9.]+, [^\n]+, [0-9]+-[0-9]+-[0-9]+[,.]")
     continue()
@@ -53,6 +57,10 @@ endforeach()
 if(found)
   list(JOIN found "\n  " found)
   message(SEND_ERROR "Figures in a page that no command wrote (tests/benchmarks/write_pages does):\n  ${found}")
+endif()
+if(hosts)
+  list(JOIN hosts "\n  " hosts)
+  message(SEND_ERROR "A host's own kernel:\n  ${hosts}")
 endif()
 if(unused)
   list(JOIN unused "\n  " unused)

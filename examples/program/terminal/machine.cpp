@@ -43,7 +43,10 @@ Machine describe_machine() {
   machine.hardware_threads = std::thread::hardware_concurrency();
   utsname system{};
   if (uname(&system) == 0) {
-    machine.system = std::string(system.sysname) + " " + system.release + " " + system.machine;
+    // What follows the version is a distributor's or a host's own.
+    const std::string release = system.release;
+    machine.system = std::string(system.sysname) + " " +
+                     release.substr(0, release.find_first_not_of("0123456789.")) + " " + system.machine;
   }
   machine.compiler = compiler();
   machine.build_type = TOUCHSTONE_BUILD_TYPE;

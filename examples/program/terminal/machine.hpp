@@ -10,7 +10,7 @@ struct Machine {
   std::string cpu;              ///< model
   std::string instruction_set;  ///< that native's kernels use: "generic", "avx2", "avx512"
   unsigned hardware_threads = 0;
-  std::string system;  ///< kernel and architecture
+  std::string system;  ///< kernel's name and version, architecture
   std::string compiler;
   std::string build_type;
   std::string flags;
