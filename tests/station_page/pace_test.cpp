@@ -51,6 +51,56 @@ TEST_F(StationPace, DrawsMoreAgainWhereThereIsTimeAndWaitsLongerWhereThatWasTooM
   EXPECT_EQ(value("draw(pace, 10000, 10)"), 0) << "and all in the end";
 }
 
+TEST_F(StationPace, ARaiseThatWasTakenBackHoldsByNoStandingStill) {
+  value("draw(pace, 6, 200)");
+  for (int i = 0; i < 4; ++i) {
+    ASSERT_EQ(value("draw(pace, pace.wait / 20 + 1, 10)"), 1);
+    ASSERT_EQ(value("draw(pace, 3, 200)"), 2);
+  }
+  ASSERT_EQ(value("pace.wait"), 64000);
+  // Five minutes in which nothing is drawn are no calm, and say of no raise that it held.
+  value("window.now += 300000");
+  EXPECT_EQ(value("draw(pace, 3000, 10)"), 2);
+  EXPECT_EQ(value("draw(pace, 300, 10)"), 1);
+  EXPECT_EQ(value("pace.wait"), 64000);
+  // One that was not tried before they began was not tried at their end either.
+  value("window.tried = Object.assign(new Pace(), {at: 2}); draw(tried, 202, 10)");
+  ASSERT_EQ(value("tried.at"), 1);
+  value("window.now += 300000");
+  EXPECT_EQ(value("draw(tried, 3, 200)"), 2);
+  EXPECT_EQ(value("tried.wait"), 8000);
+  // One under which pictures were in time for longer has held.
+  value("window.held = Object.assign(new Pace(), {at: 2, wait: 8000}); draw(held, 402, 10)");
+  ASSERT_EQ(value("held.at"), 1);
+  EXPECT_EQ(value("draw(held, 1590, 40)"), 1);
+  EXPECT_EQ(value("held.wait"), 8000);
+  value("draw(held, 15, 40)");
+  EXPECT_EQ(value("held.wait"), 4000);
+  value("draw(held, 3, 200)");
+  EXPECT_EQ(value("[held.at, held.wait]"), nlohmann::json({2, 4000}));
+}
+
+TEST_F(StationPace, DrawsMoreAgainWhereAPagesTurnIsLongerThanWhatWasToSpare) {
+  value(
+      "window.turn = (pace, count, period, took = period) => { for (let i = 0; i < count; ++i) { "
+      "pace.turned(window.now = (window.now ?? 0) + period); pace.add(took, window.now); } return pace.at; "
+      "}; "
+      "window.at = () => Object.assign(new Pace(), {at: 2})");
+  // No picture takes less than a turn, of 33 ms here.
+  EXPECT_EQ(value("turn(at(), 1000, 1000 / 30)"), 0);
+  EXPECT_EQ(value("turn(at(), 1000, 1000 / 30, 2000 / 30)"), value("levels.length - 1")) << "late is late";
+  EXPECT_EQ(value("turn(at(), 1000, 1000 / 60, 2000 / 60)"), 2) << "two turns of 17 ms are not one";
+  EXPECT_EQ(value("turn(at(), 1000, 1000 / 60)"), 0);
+  EXPECT_EQ(value("turn(at(), 1000, 49, 51)"), value("levels.length - 1"))
+      << "no turn makes more to spare than the budget";
+  // A page whose turns become longer, and shorter again.
+  EXPECT_EQ(value("window.pace = at(); turn(pace, 100, 1000 / 60, 40)"), 2);
+  EXPECT_EQ(value("turn(pace, 200, 1000 / 30)"), 2) << "a turn of 17 ms was seen not long ago";
+  EXPECT_EQ(value("turn(pace, 1000, 1000 / 30)"), 0);
+  EXPECT_EQ(value("pace.at = 2; turn(pace, 1, 1000 / 60, 40); turn(pace, 500, 1000 / 60, 40)"), 2);
+  EXPECT_TRUE(becomes_true("touchstoneStation.pace.shortest < 1000")) << "the page tells its turns";
+}
+
 TEST_F(StationPace, SaysWhatItLeavesOut) {
   EXPECT_EQ(value("pace.says"), "");
   EXPECT_EQ(value("pace.at = 2; pace.says"),

@@ -55,6 +55,7 @@ const isShown = frame => !station.looking && frame.objects === station.scene.obj
 
 export function turnOfLoop(now) {
   requestAnimationFrame(turnOfLoop);
+  parts.pace.turned(now);
   accountForDrawn(now);
   // No queue of pictures: while two are being drawn the newest frame waits, or a newer one takes its place.
   if (!station.scene || parts.renderer.lost || station.pending.length >= 2 || now - (station.drawnAt || 0) < parts.pace.level.apart) return;
