@@ -101,6 +101,41 @@ TEST_F(StationPace, DrawsMoreAgainWhereAPagesTurnIsLongerThanWhatWasToSpare) {
   EXPECT_TRUE(becomes_true("touchstoneStation.pace.shortest < 1000")) << "the page tells its turns";
 }
 
+TEST_F(StationPace, AHiddenTabIsNoStall) {
+  // Turns stop while the page is hidden; two drawings are on their way then.
+  value(R"((() => {
+    const {renderer, station, pace} = touchstoneStation, ended = renderer.hasFinished, ask = window.requestAnimationFrame;
+    const become = state => {
+      Object.defineProperty(document, 'visibilityState', {value: state, configurable: true});
+      Object.defineProperty(document, 'hidden', {value: state === 'hidden', configurable: true});
+      document.dispatchEvent(new Event('visibilitychange'));
+    };
+    renderer.hasFinished = mark => {
+      if (station.pending.length === 2 && station.pending.every(one => one.mark)) window.requestAnimationFrame = turn => { window.held = turn; };
+      return !mark;
+    };
+    window.hide = () => { become('hidden'); touchstoneStation.latency.clear(); station.ages = []; station.intervals = []; };
+    window.show = () => { window.requestAnimationFrame = ask; renderer.hasFinished = ended; become('visible'); ask(window.held); };
+    window.taken = [];
+    pace.add = took => { window.taken.push(took); };
+  })())");
+  browser_->press("KeyW");
+  ASSERT_TRUE(becomes_true("window.held && touchstoneStation.station.pending.length === 2"));
+  value("hide()");
+  browser_->wait(4.0);
+  value("show()");
+  browser_->press("KeyW", false);
+  browser_->press("KeyW");
+  EXPECT_TRUE(becomes_true("touchstoneStation.latency.total > 0 && window.taken.length > 0"));
+  EXPECT_LT(value("Math.max(...window.taken)"), 3500) << "no picture took so long";
+  EXPECT_LT(value("touchstoneStation.latency.worst"), 3500) << "no hand that was let go came so late";
+  EXPECT_LT(value("Math.max(...touchstoneStation.station.ages) / 1000"), 3500);
+  EXPECT_LT(value("Math.max(0, ...touchstoneStation.station.intervals)"), 3500);
+  // What is judged begins anew.
+  value("draw(pace, 2, budget + 1); pace.rest(); window.now += 60000");
+  EXPECT_EQ(value("draw(pace, 2, budget + 1)"), 0);
+}
+
 TEST_F(StationPace, SaysWhatItLeavesOut) {
   EXPECT_EQ(value("pace.says"), "");
   EXPECT_EQ(value("pace.at = 2; pace.says"),
@@ -133,6 +168,54 @@ TEST_F(StationPace, APageThatIsSlowToDrawLowersAndNeverQueues) {
   EXPECT_TRUE(becomes_true("touchstoneStation.renderer.canvas.width < " + std::to_string(width)));
   EXPECT_LE(value("window.queued").get<int>(), 2);
   EXPECT_GT(value("window.queued").get<int>(), 0);
+}
+
+TEST_F(StationPace, PicturesOfWhatIsLookedBackAtDoNotQueueEither) {
+  ASSERT_TRUE(becomes_true("touchstoneStation.timeline.frames.length > 2"));
+  // Drawings do not end; what is looked back at is to be drawn anew in each turn.
+  value(R"((() => {
+    const {renderer, station, pace} = touchstoneStation, {gl} = renderer, remove = gl.deleteSync.bind(gl);
+    pace.add = () => {};
+    pace.at = 0;
+    const line = document.getElementById('line');
+    line.value = '1';
+    line.dispatchEvent(new Event('input'));
+    renderer.hasFinished = mark => !mark;
+    Object.assign(window, {marks: 0, deleted: 0, since: null});
+    const mark = renderer.mark.bind(renderer);
+    renderer.mark = () => { window.since ??= performance.now(); ++window.marks; return mark(); };
+    gl.deleteSync = sync => { if (sync) ++window.deleted; remove(sync); };
+    const turn = () => { station.dirty = true; requestAnimationFrame(turn); };
+    const from = station.drawn;
+    window.drawn = () => station.drawn - from;
+    turn();
+  })())");
+  ASSERT_TRUE(becomes_true("window.drawn() > 0 && performance.now() - (window.since ?? Infinity) > 1000"));
+  // Up to two before the first is given up, 2 s after it was ordered, and one for each that is; a mark each.
+  EXPECT_TRUE(value("window.drawn() <= 2 + window.deleted && window.drawn() >= window.marks"))
+      << value("[window.drawn(), window.marks, window.deleted]");
+  EXPECT_TRUE(becomes_true("window.deleted >= 2")) << "a mark that is given up is deleted";
+  EXPECT_LE(value("touchstoneStation.station.pending.length"), 2);
+}
+
+TEST_F(StationPace, CctvPicturesThatWaitHaveTheirTurnsWhereNothingChanges) {
+  value(R"((() => {
+    const {pace, picture, station} = touchstoneStation;
+    pace.add = () => {};
+    pace.at = levels.length - 1;
+    fake.dead = station.dirty = true;  // all is drawn with the level's pixels once more
+    window.turns = 0;
+    window.count = () => {
+      if (picture.stale.size) { ++window.turns; requestAnimationFrame(window.count); }
+    };
+  })())");
+  ASSERT_TRUE(becomes_true("!touchstoneStation.link.newest && !touchstoneStation.station.dirty"));
+  value(
+      "(({picture, station}) => { station.screens.filter(screen => !screen.main).forEach(screen => "
+      "picture.stale.add(screen)); count(); })(touchstoneStation)");
+  ASSERT_TRUE(becomes_true("touchstoneStation.picture.stale.size === 0"));
+  // Four pictures, of which the first may be due at once.
+  EXPECT_GE(value("window.turns"), value("3 * levels.at(-1).every"));
 }
 
 TEST_F(StationPace, CctvPicturesThatWaitForTheirTurnComeToTheNewestFrameAll) {

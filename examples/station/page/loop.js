@@ -1,7 +1,7 @@
 // The page's loop, the browser's own animation frame: take the newest frame, draw it, say when it was drawn.
 
 import {get} from './panels.js';
-import {looksLike} from './frames.js';
+import {looksLike, readFrame} from './frames.js';
 import {parts, station, live} from './state.js';
 import {aim, drawFrame} from './drawing.js';
 import {showCue, showPanels} from './read_outs.js';
@@ -14,13 +14,35 @@ function keep(list, value, most) {
   if (list.length > most) list.shift();
 }
 
+// What is on its way is awaited no more.
+export function forgetPending() {
+  for (const {mark} of station.pending) if (mark) parts.renderer.forget(mark);
+  station.pending = [];
+}
+
+// The page was hidden or is shown again. Turns stop while it is hidden: neither what was on its way then nor a hand that was obeyed
+// meanwhile says how late pictures are.
+export function rest() {
+  forgetPending();
+  parts.pace.rest();
+  station.drawnAt = station.shownAt = null;
+  const frame = parts.link.newest && readFrame(parts.link.newest);
+  if (frame?.inputClient === parts.link.client) station.numberDrawn = Math.max(station.numberDrawn || 0, frame.inputNumber);
+}
+
 // A picture counts as drawn in the first turn in which the drawing has ended: it is on the screen then, as late as the page can know.
+// One without a frame is of what is looked back at, or of CCTV that waited: it is no frame's first.
 function accountForDrawn(now) {
-  const hasEnded = ({mark, begun}) => parts.renderer.hasFinished(mark) || now - begun > givenUp;
-  while (station.pending.length && hasEnded(station.pending[0])) {
-    const {frame, begun, mark} = station.pending.shift();
-    keep(station.ages, parts.link.age(frame), 20);
+  while (station.pending.length) {
+    const {frame, begun, mark} = station.pending[0];
+    if (!parts.renderer.hasFinished(mark)) {
+      if (now - begun <= givenUp) return;
+      parts.renderer.forget(mark);
+    }
+    station.pending.shift();
     if (mark) parts.pace.add(now - begun, now);
+    if (!frame) continue;
+    keep(station.ages, parts.link.age(frame), 20);
     if (frame.inputClient !== parts.link.client || frame.inputNumber <= (station.numberDrawn || 0) || !Number.isFinite(frame.inputStamp)) continue;
     station.numberDrawn = frame.inputNumber;
     const stamp = performance.now() * 1000;
@@ -38,16 +60,31 @@ function noticeLostScene(frame, now) {
   }
 }
 
+// Draws `frame` where it has changed, or only a CCTV picture whose turn has come; the mark of what was drawn, or null.
+function draw(frame, now, hasChanged) {
+  if (!hasChanged && !parts.picture.comesUp()) return null;
+  drawFrame(frame, hasChanged);
+  station.drawnAt = now;
+  return parts.renderer.mark();
+}
+
 // The live frame is drawn, unless it looks as what is on the screen: drawing that again, by software, takes the processor from the
 // station beside.
 function showFrame(frame, now) {
-  const hasChanged = aim(frame) || station.dirty || !looksLike(station.frame, frame), drawn = hasChanged || parts.picture.stale.size > 0;
+  const hasChanged = aim(frame) || station.dirty || !looksLike(station.frame, frame);
   station.frame = frame;
   showCue(frame);
-  if (drawn) drawFrame(frame, hasChanged);
-  if (station.drawnAt) keep(station.intervals, now - station.drawnAt, 20);
-  station.drawnAt = now;
-  station.pending.push({frame, begun: now, mark: drawn ? parts.renderer.mark() : null});
+  station.pending.push({frame, begun: now, mark: draw(frame, now, hasChanged)});
+  if (station.shownAt) keep(station.intervals, now - station.shownAt, 20);
+  station.drawnAt = station.shownAt = now;
+}
+
+// Without a new live frame: what is looked back at, a camera that was turned, CCTV that waits.
+function drawAgain(now) {
+  const hasChanged = Boolean(station.dirty);
+  if (hasChanged) aim(station.frame);
+  const mark = draw(station.frame, now, hasChanged);
+  if (mark) station.pending.push({frame: null, begun: now, mark});
 }
 
 const isShown = frame => !station.looking && frame.objects === station.scene.objects.length &&
@@ -57,16 +94,15 @@ export function turnOfLoop(now) {
   requestAnimationFrame(turnOfLoop);
   parts.pace.turned(now);
   accountForDrawn(now);
+  if (!station.scene || parts.renderer.lost) return;
+  if (station.playing && station.frame) playOn(now);
   // No queue of pictures: while two are being drawn the newest frame waits, or a newer one takes its place.
-  if (!station.scene || parts.renderer.lost || station.pending.length >= 2 || now - (station.drawnAt || 0) < parts.pace.level.apart) return;
+  if (station.pending.length >= 2 || now - (station.drawnAt || 0) < parts.pace.level.apart) return;
   const buffer = parts.link.newest, frame = parts.link.take();
   if (frame) noticeLostScene(frame, now);
   if (frame && isShown(frame)) {
     live.flight.add(buffer);
     showFrame(frame, now);
-  } else if (station.frame && (station.dirty || station.playing || parts.picture.stale.size)) {
-    if (station.playing) playOn(now);
-    drawFrame(station.frame, aim(station.frame) || station.dirty || station.playing);
-  }
+  } else if (station.frame) drawAgain(now);
   showPanels(now);
 }

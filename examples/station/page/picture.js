@@ -147,16 +147,21 @@ export class Picture {
     }
   }
 
+  // Whether a stale screen's turn has come: once in the level's `every` pictures, or turns of the page that draw none.
+  comesUp() {
+    return this.stale.size > 0 && ++this.turn % this.pace.level.every === 0;
+  }
+
   // The screens that this picture shows anew: the main ones, and of the others as many as there is time for, each in its turn. Those
   // that show less than the newest frame are `stale`, and are all that is drawn where nothing has changed.
   choose(screens, all, hasChanged) {
-    const others = screens.filter(screen => !screen.main), {cctv, every} = this.pace.level;
+    const others = screens.filter(screen => !screen.main), {cctv} = this.pace.level;
     if (all || (hasChanged && cctv >= others.length)) {
       this.stale.clear();
       return screens;
     }
     if (hasChanged) for (const screen of others) this.stale.add(screen);
-    const first = this.next % Math.max(1, others.length), isDue = !hasChanged || ++this.turn % every === 0;
+    const first = this.next % Math.max(1, others.length), isDue = !hasChanged || this.comesUp();
     const chosen = isDue ? [...others.slice(first), ...others.slice(0, first)].filter(screen => this.stale.has(screen)).slice(0, cctv) : [];
     if (chosen.length) this.next = others.indexOf(chosen.at(-1)) + 1;
     for (const screen of chosen) this.stale.delete(screen);

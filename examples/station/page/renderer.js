@@ -301,6 +301,11 @@ export class Renderer {
     return true;
   }
 
+  // A mark that is asked no more.
+  forget(sync) {
+    this.gl.deleteSync(sync);
+  }
+
   use(which) {
     const gl = this.gl;
     gl.useProgram(which.program);

@@ -14,7 +14,7 @@ import {keys, command, setFrame} from './commands.js';
 import {sendHand} from './sending.js';
 import {sweep} from './assist.js';
 import {look, openFlight, saveFlight} from './looking_back.js';
-import {turnOfLoop} from './loop.js';
+import {turnOfLoop, forgetPending, rest} from './loop.js';
 
 function bindPage() {
   for (const button of document.querySelectorAll('[data-command]')) button.addEventListener('click', () => command(button.dataset.command));
@@ -46,6 +46,7 @@ function bindPage() {
   get('start-compare').onclick = () => { get('help').close(); if (!station.sideBySide) command('compare'); if (!station.assisting) command('assist'); };
   get('debrief-close').onclick = () => { get('debrief').close(); };
   matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => { setTheme(); redraw(); });
+  document.addEventListener('visibilitychange', rest);
   new ResizeObserver(layAnew).observe(get('screens'));
 }
 
@@ -67,7 +68,8 @@ function connect() {
     get('link').dataset.open = String(open);
     say(get('link-text'), open ? 'connected' : 'connection lost: trying again');
     if (!open) { parts.sound.set('clear'); parts.hand.letGo(); }
-    Object.assign(station, {lastInput: null, numberDrawn: 0, pending: []});
+    forgetPending();
+    Object.assign(station, {lastInput: null, numberDrawn: 0});
   });
 }
 
