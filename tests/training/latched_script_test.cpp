@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/registry.hpp"
 #include "touchstone/examples/training_run/flight/fly.hpp"
 #include "touchstone/tests/support/program_test.hpp"
@@ -97,6 +98,28 @@ TEST_F(LatchedScript, ALinkCarriesItsPayloadInEveryWay) {
   const auto unchecked = make_unchecked_method(setting);
   fly(setting, *unchecked, false);
   EXPECT_NEAR(unchecked->poses()[0].p.z(), -0.46, 1e-9);
+}
+
+TEST_F(LatchedScript, ABaseThatIsRefusedChangesNothing) {
+  write("scene.yaml", kArmScene);
+  const Setting setting(load_script(write("script.yaml", kArmScript + kHold)));
+  BackendRegistry registry;
+  register_core(registry);
+  const auto world = make_contact_world_method(setting, registry.make_narrowphase("native"),
+                                               registry.make_broadphase("native"));
+  FlightLog log = fly(setting, *world, false);
+  const Vector3 before = world->poses()[0].p;
+  const Arm& arm = setting.arms()[0];
+  Arm far = arm, none = arm;
+  far.joints.assign(arm.joints.size(), 10.0);  // beyond their limits
+  none.mechanism = nullptr;
+  EXPECT_THROW(world->set_base(far), InputError);
+  EXPECT_THROW(world->set_base(none), InputError);
+  // The arm goes back to its start, and carries what it carried.
+  const ArmCommand back{&arm, arm.joints};
+  world->frame({}, {&back, 1}, log);
+  EXPECT_GT((world->poses()[0].p - before).norm(), 0.1);
+  EXPECT_EQ(world->formation().carrier[0], setting.actions()[0].carrier);
 }
 
 TEST_F(LatchedScript, ALinkLetsGo) {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "touchstone/contact_core/broadphase/register_broadphases.hpp"
+#include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/contact_core/world/scene_world.hpp"
 
 namespace touchstone::training {
@@ -121,6 +123,9 @@ void ContactWorldMethod::take_links(const Arm& arm) {
 }
 
 void ContactWorldMethod::set_base(const Arm& arm) {
+  // What an arm may be refused for is asked of a world of its own, before anything changes.
+  const MechanismPlacement placement{arm.mechanism, arm.X_WB, arm.joints, {}, arm.weights};
+  ContactWorld(make_native(), make_native_broadphase()).add_mechanism(placement);
   const std::size_t index = index_of(arm);
   const auto is_arms = [&](const Action& latch) {
     return latch.carrier - arm.first_object < arm.object_count;
@@ -129,7 +134,7 @@ void ContactWorldMethod::set_base(const Arm& arm) {
   for (const Action& latch : latches_)
     if (is_arms(latch)) world_.unlatch(objects_[latch.object]);
   world_.remove_mechanism(mechanisms_[index]);
-  mechanisms_[index] = world_.add_mechanism({arm.mechanism, arm.X_WB, arm.joints, {}, arm.weights});
+  mechanisms_[index] = world_.add_mechanism(placement);
   take_links(arm);
   for (const Action& latch : latches_)
     if (is_arms(latch))

@@ -37,7 +37,7 @@ class Method {
   virtual void act(const Action& action) = 0;
   /// Between frames; may allocate. From the next frame on commands come with `arm`: one of the setting's,
   /// held by another link where that is (held_by()), which carries what it carried. Who keeps nothing of an
-  /// arm has nothing to do. @throws InputError: the method cannot.
+  /// arm has nothing to do. @throws InputError, nothing changed: the method cannot.
   virtual void set_base(const Arm&) {}
   /// Moves what may move and adds events to the log. Allocates only where the method says so.
   virtual void frame(std::span<const Command> commands, std::span<const ArmCommand> arm_commands,
