@@ -161,7 +161,7 @@ void add_body_joint(DynamicScene& self, const std::string& name, const std::stri
 // ---- actions
 
 void act(DynamicScene& self, double time, const std::string& kind, const std::string& what,
-         const std::optional<SceneDrive>& drive, double value, double rate,
+         const std::optional<SceneDrive>& drive, std::optional<double> value, std::optional<double> rate,
          const std::optional<std::string>& carrier,
          const std::vector<std::pair<std::string, std::string>>& allowed) {
   SceneAction action;
@@ -179,8 +179,13 @@ void act(DynamicScene& self, double time, const std::string& kind, const std::st
     reject("drive", "is for actions of kind 'drive', which need one");
   if ((action.kind == SceneAction::Kind::latch) != carrier.has_value())
     reject("carrier", "is for actions of kind 'latch', which need one");
+  if ((action.kind == SceneAction::Kind::set_joint) != value.has_value())
+    reject("value", "is for actions of kind 'set', which need one");
+  if (rate && action.kind != SceneAction::Kind::set_joint) reject("rate", "is for actions of kind 'set'");
+  if (!allowed.empty() && action.kind != SceneAction::Kind::latch)
+    reject("allowed", "is for actions of kind 'latch'");
   if (drive) action.drive = *drive;
-  action.value = value, action.rate = rate;
+  action.value = value.value_or(0.0), action.rate = rate.value_or(0.0);
   if (carrier) action.carrier = object_of(self, carrier, kNoObject);
   for (const auto& [first, second] : allowed) action.allowed.push_back({first, second});
   // By time, those of one time as they were given.
@@ -222,15 +227,15 @@ void bind_joints(SceneClass& scene) {
           "A joint between bodies, links and the ground (parent None), which may close loops. kind: 'fixed', "
           "'revolute', 'prismatic', 'ball'. Its value is 0 at the start. holds: False: from the action "
           "'join' on.")
-      .def(
-          "act", &act, py::arg("time"), py::arg("kind"), py::arg("what"), py::arg("drive") = py::none(),
-          py::arg("value") = 0.0, py::arg("rate") = 0.0, py::arg("carrier") = py::none(),
-          py::arg("allowed") = std::vector<std::pair<std::string, std::string>>{},
-          "From the first step on that starts at time [s] or later, what: a joint's name, of which kind "
-          "'drive' sets the drive, 'set' value and rate, 'join' has a joint between bodies hold as they then "
-          "stand, 'part' lets go; or an object's, of which 'latch' has carrier carry it (allowed: pairs of "
-          "names that are not checked meanwhile), 'release' ends that, 'add' and 'remove' bring it and take "
-          "it out.");
+      .def("act", &act, py::arg("time"), py::arg("kind"), py::arg("what"), py::arg("drive") = py::none(),
+           py::arg("value") = py::none(), py::arg("rate") = py::none(), py::arg("carrier") = py::none(),
+           py::arg("allowed") = std::vector<std::pair<std::string, std::string>>{},
+           "From the first step on that starts at time [s] or later, what: a joint's name, of which kind "
+           "'drive' sets the drive, 'set' value and rate (None: 0), 'join' has a joint between bodies hold "
+           "as they then "
+           "stand, 'part' lets go; or an object's, of which 'latch' has carrier carry it (allowed: pairs of "
+           "names that are not checked meanwhile), 'release' ends that, 'add' and 'remove' bring it and take "
+           "it out.");
 }
 
 }  // namespace

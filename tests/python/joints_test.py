@@ -182,7 +182,11 @@ class Errors(unittest.TestCase):
                            (r"drive: is for", lambda: scene.act(0, "drive", "hub.axle")),
                            (r"drive: is for", lambda: scene.act(0, "add", "bar", drive=drive)),
                            (r"carrier: is for", lambda: scene.act(0, "latch", "bar")),
-                           (r"no object", lambda: scene.act(0, "latch", "bar", carrier="nobody"))):
+                           (r"no object", lambda: scene.act(0, "latch", "bar", carrier="nobody")),
+                           (r"value: is for", lambda: scene.act(0, "set", "hub.axle")),
+                           (r"value: is for", lambda: scene.act(0, "drive", "hub.axle", drive=drive, value=0.0)),
+                           (r"rate: is for", lambda: scene.act(0, "part", "hub.axle", rate=1.0)),
+                           (r"allowed: is for", lambda: scene.act(0, "release", "bar", allowed=[("bar", "bar")]))):
             with self.assertRaisesRegex(InputError, text):
                 call()
         scene.act(0.1, "join", "hub.axle")  # of a mechanism
