@@ -24,7 +24,7 @@ typedef struct touchstone_scene_facts {
   double frame_rate; /**< [Hz] */
   double duration;   /**< [s] */
   double gap;        /**< that is kept [m] */
-  uint64_t frames;
+  uint64_t frames;   /**< with the one at time 0: touchstone_step_scene() comes to the end after frames - 1 */
 } touchstone_scene_facts;
 
 /**
@@ -43,7 +43,8 @@ touchstone_code touchstone_get_scene_facts(const touchstone_world* world, touchs
 touchstone_code touchstone_get_scene_object_count(const touchstone_world* world, size_t* out);
 /**
  * touchstone_frame() by the motions that the file prescribes: the next of its frames. What was stopped is
- * commanded to go from where it is to where it should be.
+ * commanded to go from where it is to where it should be. Beyond the file's end that is where its last
+ * motion ends. Objects that were removed are left out.
  */
 touchstone_code touchstone_step_scene(touchstone_world* world, touchstone_report* out);
 /** An object of the file by its place there, from 0; names are touchstone_find_object()'s. */

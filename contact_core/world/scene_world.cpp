@@ -91,7 +91,7 @@ FrameReport SceneWorld::step() {
   const double from_time = scene_->frame_time(frame_), to_time = scene_->frame_time(frame_ + 1);
   commands_.clear();
   for (std::size_t i = 0; i < objects_.size(); ++i)
-    if (!scene_->objects[i].motion.at_rest())
+    if (!scene_->objects[i].motion.at_rest() && world_.is_alive(objects_[i]))
       commands_.push_back({objects_[i], path_of(i, from_time, to_time)});
   ++frame_;
   return world_.frame(commands_);

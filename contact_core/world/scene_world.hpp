@@ -40,7 +40,7 @@ class SceneWorld {
   /// @param s within the frame that was flown last. [s]
   double time_of(double s) const;
 
-  /// Flies the next frame.
+  /// Flies the next frame; objects that were removed from the world are left out.
   FrameReport step();
 
  private:

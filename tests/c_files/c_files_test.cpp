@@ -74,7 +74,7 @@ TEST_P(Scenes, FlyAsThroughCpp) {
   // Frame by frame the same poses and events.
   std::uint64_t events = 0;
   const std::uint64_t frames = std::min<std::uint64_t>(facts.frames, 400);
-  for (std::uint64_t frame = 0; frame < frames; ++frame) {
+  for (std::uint64_t frame = 1; frame < frames; ++frame) {  // the first one is at time 0
     touchstone_report report{};
     ASSERT_EQ(touchstone_step_scene(world.get(), &report), TOUCHSTONE_OK) << touchstone_error();
     const FrameReport expected = cpp.step();
@@ -90,6 +90,28 @@ INSTANTIATE_TEST_SUITE_P(Bundled, Scenes,
                          testing::Values(SceneCase{"latched_gate.yaml", {}},
                                          SceneCase{"tunnelling_bar.yaml", {}},
                                          SceneCase{"oru_insertion.yaml", {{"tilt", 3.0}}}));
+
+TEST(Scene, ItsStepsComeToItsEnd) {
+  const CWorld world = loaded("tunnelling_bar.yaml");
+  touchstone_scene_facts facts{};
+  ASSERT_EQ(touchstone_get_scene_facts(world.get(), &facts), TOUCHSTONE_OK);
+  EXPECT_LE(static_cast<double>(facts.frames - 1) / facts.frame_rate, facts.duration * (1 + 1e-12));
+  EXPECT_GT(static_cast<double>(facts.frames) / facts.frame_rate, facts.duration);
+}
+
+TEST(Scene, GoesOnWithoutAnObjectThatWasRemoved) {
+  const CWorld world = loaded("tunnelling_bar.yaml");
+  touchstone_report report{};
+  touchstone_object arm = 0;  // the one that the file moves
+  ASSERT_EQ(touchstone_step_scene(world.get(), &report), TOUCHSTONE_OK);
+  EXPECT_EQ(report.blocked_movers, 1u);
+  ASSERT_EQ(touchstone_find_object(world.get(), "arm", &arm), TOUCHSTONE_OK);
+  ASSERT_EQ(touchstone_remove_object(world.get(), arm), TOUCHSTONE_OK) << touchstone_error();
+  for (int frame = 0; frame < 3; ++frame) {
+    ASSERT_EQ(touchstone_step_scene(world.get(), &report), TOUCHSTONE_OK) << touchstone_error();
+    EXPECT_EQ(report.blocked_movers, 0u);
+  }
+}
 
 TEST(Scene, WhatIsNoneIsRefusedByName) {
   touchstone_world* made = nullptr;
