@@ -5,6 +5,7 @@
 #include <condition_variable>
 #include <mutex>
 #include <string>
+#include <utility>
 
 #include "touchstone/adapters/python/world.hpp"
 #include "touchstone/contact_core/input_error.hpp"
@@ -52,7 +53,14 @@ PythonExecutor::PythonExecutor(py::object executor, std::size_t threads)
 PythonExecutor::~PythonExecutor() {
   const py::gil_scoped_acquire locked;
   submit_ = py::object();
+  kept_ = nullptr;
 }
+
+void PythonExecutor::pass_on() {
+  if (kept_ != nullptr) std::rethrow_exception(std::exchange(kept_, nullptr));
+}
+
+int PythonExecutor::traverse(visitproc visit, void* with) { return submit_ ? visit(submit_.ptr(), with) : 0; }
 
 void PythonExecutor::hand_out(const std::shared_ptr<Work>& work, std::size_t helpers) noexcept {
   const py::gil_scoped_acquire locked;
@@ -63,7 +71,10 @@ void PythonExecutor::hand_out(const std::shared_ptr<Work>& work, std::size_t hel
     });
     for (std::size_t i = 0; i < helpers; ++i) submit_(help);
   } catch (py::error_already_set& error) {
-    error.discard_as_unraisable("the executor of a world");
+    if (error.matches(PyExc_Exception))
+      error.discard_as_unraisable("the executor of a world");
+    else
+      kept_ = std::current_exception();
   } catch (const std::exception& error) {
     PyErr_SetString(PyExc_RuntimeError, error.what());
     PyErr_WriteUnraisable(submit_.ptr());
@@ -71,10 +82,11 @@ void PythonExecutor::hand_out(const std::shared_ptr<Work>& work, std::size_t hel
 }
 
 void PythonExecutor::run(std::size_t count, Task task) noexcept {
+  if (count == 0) return;
   // The caller's thread is one of them.
   const auto work = std::make_shared<Work>(count, task);
   const std::size_t helpers = std::min(count, threads_) - 1;
-  if (helpers > 0) hand_out(work, helpers);
+  if (helpers > 0 && kept_ == nullptr) hand_out(work, helpers);
   // Its own share, and the end, without Python's lock: the others need it to begin and to end.
   const auto work_on = [&] {
     work->take();

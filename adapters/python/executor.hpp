@@ -3,9 +3,10 @@
 #include <pybind11/pybind11.h>
 
 #include <cstddef>
+#include <exception>
 #include <memory>
 
-#include "touchstone/contact_core/threads/task_runner.hpp"
+#include "touchstone/adapters/python/frame_threads.hpp"
 
 // Private to this folder: threads that are Python's.
 
@@ -15,15 +16,18 @@ namespace touchstone::python {
 /// thread. Python's lock is held while it is handed out, not while tasks run. The caller's thread takes part
 /// and never waits for a function that has not begun: an executor that is busy, shut down or does nothing
 /// costs time alone, and a function that is called too late does nothing.
-class PythonExecutor final : public TaskRunner {
+class PythonExecutor final : public FrameThreads {
  public:
   /// @param executor has `submit`, or is callable. @param threads tasks at once, the caller's among them.
   PythonExecutor(pybind11::object executor, std::size_t threads);
   ~PythonExecutor() override;
 
   std::size_t threads() const noexcept override { return threads_; }
-  /// Allocates in Python. What the executor raises goes to sys.unraisablehook.
+  /// Allocates in Python. An Exception that the executor raises goes to sys.unraisablehook; what else it
+  /// raises (KeyboardInterrupt, SystemExit) is kept, and it is asked no more until pass_on().
   void run(std::size_t count, Task task) noexcept override;
+  void pass_on() override;
+  int traverse(visitproc visit, void* with) override;
 
  private:
   struct Work;
@@ -31,6 +35,7 @@ class PythonExecutor final : public TaskRunner {
 
   pybind11::object submit_;
   std::size_t threads_;
+  std::exception_ptr kept_;
 };
 
 /// @throws InputError, TypeError: neither an executor of threads nor callable, or a bad number of threads.

@@ -185,7 +185,9 @@ void bind_hands_of(WorldClass& world) {
           "Frames run on threads of a concurrent.futures.Executor, or of a callable that has the function "
           "that it is given called on some thread: so many tasks at once, 1 to 64, the caller's thread among "
           "them. The same bits with any. The frame never waits for a call that has not begun, and a late one "
-          "does nothing; what the executor raises goes to sys.unraisablehook. set_threads(1) ends it.")
+          "does nothing. An Exception that the executor raises goes to sys.unraisablehook; KeyboardInterrupt "
+          "and SystemExit are raised where the frame ends, which is flown to its end. The world keeps the "
+          "executor until another one, or set_threads(1).")
       .def(
           "set_thread_pool",
           [](GuardedWorld& self, std::shared_ptr<ThreadPool> pool) { self.set_runner(std::move(pool)); },

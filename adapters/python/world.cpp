@@ -374,6 +374,33 @@ void bind_pairs_of(WorldClass& world) {
           "thread; in force from the next frame on.");
 }
 
+/// The world of a Python object; null while that is made, when the collector may see it without a layout.
+GuardedWorld* world_in(PyObject* self) {
+  auto* const instance = reinterpret_cast<py::detail::instance*>(self);
+  if (!instance->simple_layout || !instance->simple_holder_constructed) return nullptr;
+  return instance->get_value_and_holder().value_ptr<GuardedWorld>();
+}
+
+/// Has Python's collector end worlds that are held by the executor that they borrow.
+void collect_cycles(PyHeapTypeObject* made) {
+  PyTypeObject& type = made->ht_type;
+  type.tp_flags |= Py_TPFLAGS_HAVE_GC;
+  type.tp_traverse = [](PyObject* self, visitproc visit, void* arg) {
+    Py_VISIT(Py_TYPE(self));
+    GuardedWorld* const world = world_in(self);
+    return world == nullptr ? 0 : world->traverse(visit, arg);
+  };
+  type.tp_clear = [](PyObject* self) {
+    if (GuardedWorld* const world = world_in(self)) world->clear();
+    return 0;
+  };
+  // What a world lets go of when it ends may start the collector, which must not see it any more.
+  type.tp_dealloc = [](PyObject* self) {
+    PyObject_GC_UnTrack(self);
+    py::detail::pybind11_object_dealloc(self);
+  };
+}
+
 }  // namespace
 
 void bind_world(py::module_& module) {
@@ -384,7 +411,8 @@ void bind_world(py::module_& module) {
   WorldClass world(
       module, "World",
       "Objects and mechanisms, moved frame by frame as far as no pair gets closer than the gap allows. "
-      "One thread at a time: a second one gets RuntimeError, but for select().");
+      "One thread at a time: a second one gets RuntimeError, but for select().",
+      py::custom_type_setup(&collect_cycles));
   world
       .def(py::init<const std::string&, const std::string&, double>(), py::arg("narrowphase") = "native",
            py::arg("broadphase") = "native", py::arg("gap") = kDefaultGap, "gap: kept between objects [m].")

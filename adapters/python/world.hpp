@@ -7,9 +7,11 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "touchstone/adapters/python/bindings.hpp"
+#include "touchstone/adapters/python/frame_threads.hpp"
 #include "touchstone/contact_core/registry.hpp"
 #include "touchstone/contact_core/threads/thread_team.hpp"
 #include "touchstone/contact_core/world/contact_world.hpp"
@@ -57,7 +59,7 @@ void bind_report(py::module_& module);
 void check_thread_count(std::size_t threads);
 
 /// Threads that worlds borrow for their frames. Worlds that share them take turns.
-class ThreadPool final : public TaskRunner {
+class ThreadPool final : public FrameThreads {
  public:
   explicit ThreadPool(std::size_t threads) : team_(threads) {}
   std::size_t threads() const noexcept override { return team_.threads(); }
@@ -89,13 +91,33 @@ class GuardedWorld {
     pool_.reset();
   }
   /// Kept until another one, or none, is set.
-  void set_runner(std::shared_ptr<TaskRunner> runner) {
+  void set_runner(std::shared_ptr<FrameThreads> runner) {
     get().set_task_runner(runner.get());
     pool_ = std::move(runner);
   }
 
+  /// @throws what the threads pass on, once body is done.
   template <class Body>
   auto without_lock(Body&& body) {
+    if constexpr (std::is_void_v<decltype(body(world_))>) {
+      call_unlocked(body);
+      if (pool_) pool_->pass_on();
+    } else {
+      auto made = call_unlocked(body);
+      if (pool_) pool_->pass_on();
+      return made;
+    }
+  }
+
+  /// As tp_traverse and tp_clear: a world and the executor that it borrows may hold each other.
+  int traverse(visitproc visit, void* with) { return pool_ ? pool_->traverse(visit, with) : 0; }
+  void clear() {
+    if (!is_busy_) set_runner(nullptr);
+  }
+
+ private:
+  template <class Body>
+  auto call_unlocked(Body& body) {
     ContactWorld& world = get();
     is_busy_ = true;
     struct Idle {
@@ -106,8 +128,7 @@ class GuardedWorld {
     return body(world);
   }
 
- private:
-  std::shared_ptr<TaskRunner> pool_;  // before the world, which borrows it to its end
+  std::shared_ptr<FrameThreads> pool_;  // before the world, which borrows it to its end
   ContactWorld world_;
   bool is_busy_ = false;
 };

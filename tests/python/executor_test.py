@@ -2,6 +2,7 @@
 
 import concurrent.futures
 import gc
+import signal
 import sys
 import threading
 import time
@@ -9,7 +10,8 @@ import unittest
 import weakref
 
 import touchstone
-from hands_test import Heap
+import numpy as np
+from hands_test import Heap, at, block
 from touchstone import InputError
 
 
@@ -23,6 +25,41 @@ class Unraisable:
 
     def __exit__(self, *_):
         sys.unraisablehook = self.before
+
+
+class Crowd:
+    """Three hundred boxes that go among each other."""
+
+    def __init__(self):
+        self.random = np.random.default_rng(11)
+        self.world = touchstone.World()
+        self.movers = [self.world.add(block(f"mover {i}", (0.5, 0.4, 0.3)), at(i % 20, i // 20)) for i in range(300)]
+
+    def fly(self, frames=20):
+        for _ in range(frames):
+            moves = {m: (self.random.uniform(-0.4, 0.4, 3), self.random.uniform(-0.3, 0.3, 3)) for m in self.movers}
+            self.world.frame(moves=moves)
+
+    def poses(self):
+        return b"".join(self.world.pose(m).tobytes() for m in self.movers)
+
+
+class TimedLender:
+    """Calls each function on a thread of its own and waits for it; `seconds` of the processor that they took there."""
+
+    def __init__(self):
+        self.functions, self.seconds = [], 0.0
+
+    def time(self, function):
+        start = time.thread_time()
+        function()
+        self.seconds += time.thread_time() - start
+
+    def __call__(self, function):
+        self.functions.append(function)
+        thread = threading.Thread(target=self.time, args=(function,))
+        thread.start()
+        thread.join()
 
 
 class Executors(unittest.TestCase):
@@ -69,6 +106,92 @@ class Executors(unittest.TestCase):
 
         self.assertEqual(self.fly(lend, 2), self.expected)
         self.assertTrue(both.wait(10))
+
+    def test_lent_threads_do_the_work(self):
+        """One that has ended before the caller takes part has done all tasks of its call."""
+        alone, crowd, lender = Crowd(), Crowd(), TimedLender()
+        start = time.thread_time()
+        alone.fly()
+        all_alone = time.thread_time() - start
+        crowd.world.set_executor(lender, 2)
+        crowd.fly()
+        lent = lender.seconds
+        self.assertEqual(crowd.poses(), alone.poses())
+        self.assertGreater(lent, 0.3 * all_alone)
+        for late in lender.functions:  # again: nothing is left to do
+            lender.time(late)
+        self.assertLess(lender.seconds - lent, 0.1 * lent)
+
+    def test_what_interrupts_is_raised_where_the_frame_ends(self):
+        before = signal.signal(signal.SIGINT, signal.default_int_handler)
+        self.addCleanup(signal.signal, signal.SIGINT, before)
+        for interrupt, raised in ((lambda: signal.raise_signal(signal.SIGINT), KeyboardInterrupt), (sys.exit, SystemExit)):
+            calls, crowd, undisturbed = [], Crowd(), Crowd()
+
+            def lend(function, calls=calls, interrupt=interrupt):
+                calls.append(function)
+                if len(calls) == 1:
+                    interrupt()
+
+            crowd.world.set_executor(lend, 2)
+            with Unraisable() as seen, self.assertRaises(raised):
+                crowd.fly(1)
+            self.assertEqual((seen, len(calls)), ([], 1))
+            # The frame was flown to its end, and the world goes on.
+            undisturbed.fly(1)
+            self.assertEqual(crowd.poses(), undisturbed.poses())
+            crowd.fly(2)
+            undisturbed.fly(2)
+            self.assertEqual(crowd.poses(), undisturbed.poses())
+            self.assertGreater(len(calls), 1)
+
+    def test_a_signal_that_comes_while_the_executor_is_called_is_raised(self):
+        before = signal.signal(signal.SIGALRM, signal.default_int_handler)
+        self.addCleanup(signal.signal, signal.SIGALRM, before)
+
+        def lend(function):
+            signal.setitimer(signal.ITIMER_REAL, 1e-3)
+            end = time.monotonic() + 10
+            while time.monotonic() < end:
+                pass
+
+        heap = Heap()
+        heap.world.set_executor(lend, 2)
+        with Unraisable() as seen, self.assertRaises(KeyboardInterrupt):
+            heap.fly()
+        self.assertEqual(seen, [])
+
+    def test_a_world_and_the_executor_that_holds_it_are_collected(self):
+        class Owner:
+            def __init__(self):
+                self.heap = Heap()
+                self.heap.world.set_executor(self, 2)
+
+            def __call__(self, function):
+                function()
+
+        class Kind(touchstone.World):
+            pass
+
+        owner = Owner()
+        gc.collect()
+        self.assertEqual(owner.heap.fly(), self.expected)  # what is held is left alone
+        kept = weakref.ref(owner)
+        del owner
+        gc.collect()
+        self.assertIsNone(kept())
+        # The same of a derived class, while the collector runs as often as it can.
+        before = gc.get_threshold()
+        self.addCleanup(gc.set_threshold, *before)
+        gc.set_threshold(1, 1, 1)
+        for _ in range(50):
+            world = Kind()
+            world.lend = lambda function, of=world: function()
+            world.set_executor(world.lend, 2)
+            kept = weakref.ref(world)
+            del world
+            gc.collect()
+            self.assertIsNone(kept())
 
     def test_a_callable_may_call_at_once(self):
         self.assertEqual(self.fly(lambda function: function(), 4), self.expected)
