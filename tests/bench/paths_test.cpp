@@ -131,6 +131,26 @@ TEST_F(Judged, AContactBetweenTwoPosesIsUnseen) {
   EXPECT_EQ(begin_paths(set, kPoses, truth, poses).unseen, 1u);
 }
 
+// ---- the site's table
+
+TEST(PathSection, AStopThatMakesACellRedIsCountedAsEarly) {
+  BenchResults results;
+  results.path_sets = {{"thin", 12, 5, 4, 0, 0}};
+  const auto row = [&](double cost_over_scale) {
+    Entry entry;
+    entry.engine = "mine";
+    PathCell& cell = entry.paths["thin"];
+    cell.answered = 12;
+    cell.check = "proven";
+    cell.worst = {"paths_thin:3", "", 0.0, 0.5, cost_over_scale};
+    EXPECT_EQ(grade(cell) == Grade::wrong, cost_over_scale >= kFar);
+    return path_section(results, {entry});
+  };
+  EXPECT_THAT(row(0.25), HasSubstr(">mine</span></th><td>1</td>"));
+  EXPECT_THAT(row(kFar), HasSubstr(">mine</span></th><td>1</td>"));
+  EXPECT_THAT(row(0.99 * kFar), HasSubstr(">mine</span></th><td>0</td>"));
+}
+
 // ---- a corpus with paths
 
 constexpr const char* kPlan =

@@ -25,9 +25,16 @@ std::string markup(const Entry& entry, const std::string& set) {
                      xml_text(path_cell_name(entry, set)), text);
 }
 
+/// A stop so long before the contact that the cell is red. Results name a set's dearest answer, so that one
+/// is known.
+bool stops_early(const PathCell& cell) {
+  return cell.answered > 0 && cell.worst.reason.empty() && cell.worst.cost_over_scale >= kFar;
+}
+
 std::size_t wrong_of(const Entry& entry) {
   std::size_t wrong = 0;
-  for (const auto& [name, cell] : entry.paths) wrong += cell.wrong() + cell.open;
+  for (const auto& [name, cell] : entry.paths)
+    wrong += cell.wrong() + cell.open + (stops_early(cell) ? 1 : 0);
   return wrong;
 }
 
@@ -126,7 +133,8 @@ std::string path_cell_name(const Entry& entry, const std::string& set) {
 
 std::string path_section(const BenchResults& results, const std::vector<Entry>& newest) {
   if (results.path_sets.empty()) return "";
-  std::vector<std::string> header = {"engine", "wrong or open", "check", "first pose in contact is right"};
+  std::vector<std::string> header = {"engine", "wrong, open or early", "check",
+                                     "first pose in contact is right"};
   for (const FiledPathSet& set : results.path_sets) header.push_back(set.name);
   HtmlTable rows(header);
   std::vector<const Entry*> order;
@@ -144,8 +152,8 @@ std::string path_section(const BenchResults& results, const std::vector<Entry>& 
   return "<section id='paths'><h2>Paths</h2>\n<p>Where two moving solids are stopped before they meet: by "
          "conservative advancement on the engine's own separations (proven), or by its verdict at poses "
          "(sampled). A cell says what was wrong, then the dearest answer over S: how deep the solids are "
-         "where "
-         "they stop, or how far apart still. The engine's own sweep is not asked.</p>\n" +
+         "where they stop, or how far apart still. A stop that is still 1e-3 S away is early: red, and of a "
+         "set the dearest one is counted. The engine's own sweep is not asked.</p>\n" +
          rows.str() + sets_table(results) + "</section>\n";
 }
 

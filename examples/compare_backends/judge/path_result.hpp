@@ -10,7 +10,7 @@ namespace touchstone::comparison {
 /// What is wrong with an answer about a path.
 struct PathFault {
   std::string id;
-  std::string reason;  ///< missed, late, phantom, early, open, failed
+  std::string reason;  ///< missed, late, phantom, open, failed; empty: a cost alone
   double s = 0;        ///< where the backend says that motion stops; 1: nowhere
   double cost = 0;     ///< [m]: how deep the solids are there, or how far apart; at poses in between, too
   double cost_over_scale = 0;
