@@ -49,6 +49,7 @@ NEAR = 1e-3  # of S: nearer than this a path is looked at from step to step, not
 STEP = 1 / 64
 ROUNDING = 1e-12  # of S: poses here are rounded otherwise than the corpus's
 TIGHT = 1e-11  # of S: how near the two are at lo
+BRACKET = 1e-6  # of s: a wider one may hold a contact that was looked past
 
 
 def turn_between(R, Q):
@@ -131,7 +132,7 @@ def main():
     parser.add_argument("--every", type=int, default=1, help="look at every N-th case of a set")
     parser.add_argument("--jobs", type=int, default=1)
     options = parser.parse_args()
-    jobs, paths = [], []
+    jobs, paths, loose = [], [], []
     for each in json.loads((options.corpus / "corpus.json").read_text())["sets"]:
         cases = json.loads((options.corpus / each["pairs"]).read_text())
         truth = json.loads((options.corpus / each["truth"]).read_text())
@@ -142,9 +143,11 @@ def main():
             impacts, poses = json.loads((options.corpus / each["impacts"]).read_text()), each["poses"]
             if len(impacts) * poses != len(cases):
                 sys.exit(f"{each['name']}: {len(cases)} poses, {len(impacts)} paths")
+            loose += [f"{name}: the bracket {lo}, {hi} is not one of a time" for name, path_class, lo, hi in impacts
+                      if path_class == "meets" and not 0 <= hi - lo < BRACKET]
             paths += [(cases[i * poses:(i + 1) * poses], impact) for i, impact in enumerate(impacts)][::options.every]
     with concurrent.futures.ProcessPoolExecutor(options.jobs) as pool:
-        faults = [each for each in pool.map(fault, jobs, chunksize=16) if each]
+        faults = loose + [each for each in pool.map(fault, jobs, chunksize=16) if each]
         faults += [each for each in pool.map(path_fault, paths) if each]
     print("\n".join(faults))
     print(f"{len(jobs)} cases, {len(paths)} paths, {len(faults)} faults")

@@ -15,7 +15,8 @@ bool is_contact(const SolidPaths& paths, double s, const Oracle& oracle) {
   return oracle.truth(posed.a, posed.b).contact();
 }
 
-/// The first look beyond `lo` that finds a contact; steps double from the resolution of s. None: 2.
+/// The first look beyond `lo` that finds a contact; steps double from the resolution of s, so that one which
+/// is shorter than its distance from lo may be passed by. None: 2.
 double find_contact(const SolidPaths& paths, double lo, const Oracle& oracle) {
   double apart = lo;
   for (double step = 0x1p-50; apart < 1.0; step *= 2) {

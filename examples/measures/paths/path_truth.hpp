@@ -17,7 +17,8 @@ enum class PathClass : std::uint8_t {
 /// The enumerator's name.
 std::string_view to_string(PathClass path_class);
 
-/// The truth about a path: a bracket of the time of impact.
+/// The truth about a path: a bracket of the time of impact. A contact that ends sooner than it is away from
+/// lo may be looked past, and hi is then within a later one. In the frozen sets hi - lo < 1e-6.
 struct PathTruth {
   PathClass path_class = PathClass::open;
   double lo = 1;  ///< apart on [0, lo]: proven by exact separations
