@@ -6,6 +6,7 @@
 
 #include "touchstone/contact_core/geometry/norms.hpp"
 #include "touchstone/contact_core/motion/clear_stretch.hpp"
+#include "touchstone/contact_core/motion/kept_gap.hpp"
 #include "touchstone/contact_core/world/model/frame_lanes.hpp"
 
 namespace touchstone {
@@ -44,7 +45,7 @@ bool WorldModel::moves(std::uint32_t slot) const {
 }
 
 double WorldModel::gap_at(double distance) const {
-  return std::max(gap, 4.0 * separations().capabilities().resolution.at(distance));
+  return kept_gap(gap, separations().capabilities().resolution, distance);
 }
 
 double WorldModel::gap_of(const SolidPair& pair) const {

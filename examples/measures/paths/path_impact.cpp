@@ -1,8 +1,7 @@
 #include "touchstone/examples/measures/paths/path_impact.hpp"
 
-#include <algorithm>
-
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/motion/kept_gap.hpp"
 #include "touchstone/contact_core/native/native.hpp"
 
 namespace touchstone::comparison {
@@ -49,8 +48,8 @@ Impact impact_of(const SolidPaths& paths, const GapRule& rule, NarrowphaseQuery&
 }
 
 GapRule gap_rule(const Narrowphase& narrowphase, double scale) {
-  if (!gives_signed_distance(narrowphase)) return {kLeastGap};
-  return {std::max(kLeastGap, kGapOverResolution * narrowphase.capabilities().resolution.at(scale))};
+  if (!gives_signed_distance(narrowphase)) return {kPathGap};
+  return {kept_gap(kPathGap, narrowphase.capabilities().resolution, scale)};
 }
 
 PathAnswers run_paths(const BackendRegistry::NarrowphaseEntry& backend, const PairSet& set,

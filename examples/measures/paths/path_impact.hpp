@@ -24,9 +24,10 @@ struct PathAnswers {
   std::string why_none;                        ///< why no path was asked about; empty: all were
 };
 
-/// The gap that motion keeps at least [m], and of the declared resolution: the contact world's rule.
-inline constexpr double kLeastGap = 1e-9, kGapOverResolution = 4;
-/// Of a backend with separations; else its resolution has no part in where it stops.
+/// The gap that paths are asked with [m]: that of the tightest bundled scenes.
+inline constexpr double kPathGap = 1e-9;
+/// A contact world's of that gap; of a backend without separations its resolution has no part in where it
+/// stops.
 GapRule gap_rule(const Narrowphase& narrowphase, double scale);
 
 PathAnswers run_paths(const BackendRegistry::NarrowphaseEntry& backend, const PairSet& set,
