@@ -53,8 +53,10 @@ TOUCHSTONE_INLINE unsigned edges_without_common(const HullRecord& hull, const st
   out &= (1u << hull.edge_count) - 1;
   first = 16;
 #endif
-  for (int e = first; e < hull.edge_count; ++e)
-    out |= ((of_face[hull.edge_faces[0][e]] & of_face[hull.edge_faces[1][e]]) == 0 ? 1u : 0u) << e;
+  for (int e = first; e < hull.edge_count; ++e) {
+    const unsigned numbers_of_both = of_face[hull.edge_faces[0][e]] & of_face[hull.edge_faces[1][e]];
+    if (numbers_of_both == 0) out |= 1u << e;
+  }
   return out;
 }
 
