@@ -1,7 +1,6 @@
 #include <gmock/gmock.h>
 
 #include <cstring>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -11,27 +10,23 @@
 #include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/contact_core/registry.hpp"
 #include "touchstone/contact_core/world/scene_world.hpp"
+#include "touchstone/tests/c_interface/owned_world.hpp"
 
 namespace touchstone {
 namespace {
 
 using testing::HasSubstr;
 
-struct Destroy {
-  void operator()(touchstone_world* one) const { touchstone_destroy_world(one); }
-};
-using CWorld = std::unique_ptr<touchstone_world, Destroy>;
-
-CWorld loaded(const std::string& file, const std::vector<touchstone_parameter>& parameters = {}) {
+OwnedWorld loaded(const std::string& file, const std::vector<touchstone_parameter>& parameters = {}) {
   touchstone_world* made = nullptr;
   EXPECT_EQ(touchstone_load_scene("native", (std::string(SCENES "/") + file).c_str(), parameters.data(),
                                   parameters.size(), &made),
             TOUCHSTONE_OK)
       << touchstone_error();
-  return CWorld(made);
+  return OwnedWorld(made);
 }
 
-touchstone_pose pose_of(const CWorld& world, touchstone_object object) {
+touchstone_pose pose_of(const OwnedWorld& world, touchstone_object object) {
   touchstone_pose out{};
   EXPECT_EQ(touchstone_get_poses(world.get(), &object, 1, &out), TOUCHSTONE_OK) << touchstone_error();
   return out;
@@ -48,7 +43,7 @@ struct SceneCase {
 class Scenes : public testing::TestWithParam<SceneCase> {};
 
 TEST_P(Scenes, FlyAsThroughCpp) {
-  const CWorld world = loaded(GetParam().file, GetParam().parameters);
+  const OwnedWorld world = loaded(GetParam().file, GetParam().parameters);
   SceneParameters parameters;
   for (const touchstone_parameter& each : GetParam().parameters) parameters[each.name] = each.value;
   const Scene scene = load_scene(std::string(SCENES "/") + GetParam().file, parameters);
@@ -92,7 +87,7 @@ INSTANTIATE_TEST_SUITE_P(Bundled, Scenes,
                                          SceneCase{"oru_insertion.yaml", {{"tilt", 3.0}}}));
 
 TEST(Scene, ItsStepsComeToItsEnd) {
-  const CWorld world = loaded("tunnelling_bar.yaml");
+  const OwnedWorld world = loaded("tunnelling_bar.yaml");
   touchstone_scene_facts facts{};
   ASSERT_EQ(touchstone_get_scene_facts(world.get(), &facts), TOUCHSTONE_OK);
   EXPECT_LE(static_cast<double>(facts.frames - 1) / facts.frame_rate, facts.duration * (1 + 1e-12));
@@ -100,7 +95,7 @@ TEST(Scene, ItsStepsComeToItsEnd) {
 }
 
 TEST(Scene, GoesOnWithoutAnObjectThatWasRemoved) {
-  const CWorld world = loaded("tunnelling_bar.yaml");
+  const OwnedWorld world = loaded("tunnelling_bar.yaml");
   touchstone_report report{};
   touchstone_object arm = 0;  // the one that the file moves
   ASSERT_EQ(touchstone_step_scene(world.get(), &report), TOUCHSTONE_OK);
@@ -135,14 +130,14 @@ TEST(Scene, WhatIsNoneIsRefusedByName) {
 TEST(Scene, AWorldOfItsOwnIsNone) {
   touchstone_world* made = nullptr;
   ASSERT_EQ(touchstone_create_world("native", 0.0, &made), TOUCHSTONE_OK);
-  const CWorld world(made);
+  const OwnedWorld world(made);
   touchstone_report report{};
   touchstone_scene_facts facts{};
   EXPECT_EQ(touchstone_step_scene(world.get(), &report), TOUCHSTONE_BAD_INPUT);
   EXPECT_THAT(touchstone_error(), HasSubstr("is of no scene file"));
   EXPECT_EQ(touchstone_get_scene_facts(world.get(), &facts), TOUCHSTONE_BAD_INPUT);
   touchstone_object object = 0;
-  const CWorld scene = loaded("latched_gate.yaml");
+  const OwnedWorld scene = loaded("latched_gate.yaml");
   EXPECT_EQ(touchstone_get_scene_object(scene.get(), 3, &object), TOUCHSTONE_BAD_INPUT);
   EXPECT_THAT(touchstone_error(), HasSubstr("3 is none of the scene's 3"));
 }
@@ -151,7 +146,7 @@ TEST(Scene, AWorldOfItsOwnIsNone) {
 
 class Robots : public testing::Test {
  protected:
-  CWorld world;
+  OwnedWorld world;
   touchstone_pose aside = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 50}};
 
   Robots() {

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
-#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -16,6 +15,7 @@
 #include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/contact_core/registry.hpp"
 #include "touchstone/contact_core/world/contact_world.hpp"
+#include "touchstone/tests/c_interface/owned_world.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
 #include "touchstone/tests/support/random.hpp"
 
@@ -24,15 +24,10 @@ namespace {
 
 using testing::HasSubstr;
 
-struct Destroy {
-  void operator()(touchstone_world* one) const { touchstone_destroy_world(one); }
-};
-using CWorld = std::unique_ptr<touchstone_world, Destroy>;
-
-CWorld made_world() {
+OwnedWorld made_world() {
   touchstone_world* made = nullptr;
   EXPECT_EQ(touchstone_create_world("native", 0.0, &made), TOUCHSTONE_OK) << touchstone_error();
-  return CWorld(made);
+  return OwnedWorld(made);
 }
 
 touchstone_pose c_pose(const Pose& X) {
@@ -43,14 +38,14 @@ touchstone_pose c_pose(const Pose& X) {
 
 Pose at(double x, double y, double z) { return {Matrix3::Identity(), {x, y, z}}; }
 
-std::vector<double> joints_of(const CWorld& world, touchstone_mechanism arm) {
+std::vector<double> joints_of(const OwnedWorld& world, touchstone_mechanism arm) {
   const double* values = nullptr;
   size_t count = 0;
   EXPECT_EQ(touchstone_get_joints(world.get(), arm, &values, &count), TOUCHSTONE_OK) << touchstone_error();
   return {values, values + count};
 }
 
-touchstone_report moved(const CWorld& world, touchstone_mechanism arm, const std::vector<double>& goal) {
+touchstone_report moved(const OwnedWorld& world, touchstone_mechanism arm, const std::vector<double>& goal) {
   const touchstone_joint_command command{arm, goal.data(), goal.size()};
   touchstone_report report{};
   EXPECT_EQ(touchstone_frame_with_joints(world.get(), nullptr, 0, &command, 1, &report), TOUCHSTONE_OK)
@@ -86,7 +81,7 @@ struct Crane {
 };
 
 TEST(CMechanism, ACraneStopsAtAWallAndAtItsLimit) {
-  const CWorld world = made_world();
+  const OwnedWorld world = made_world();
   const Crane crane;
   const touchstone_pose origin = c_pose(Pose{}), aside = c_pose(at(0, 1.0, 0.6));
   touchstone_mechanism arm = 0;
@@ -120,7 +115,7 @@ TEST(CMechanism, ACraneStopsAtAWallAndAtItsLimit) {
 }
 
 /// A slab at this pose in both worlds, on which all slides.
-void add_floor(ContactWorld& cpp, const CWorld& world, const Pose& X_WO) {
+void add_floor(ContactWorld& cpp, const OwnedWorld& world, const Pose& X_WO) {
   const Hexahedron slab = Hexahedron::from_size({60, 60, 0.5});
   const auto tree =
       std::make_shared<const HexahedronTree>(std::vector<PlacedHexahedron>{{"0", slab, Pose{}}}, "slab");
@@ -140,7 +135,7 @@ void add_floor(ContactWorld& cpp, const CWorld& world, const Pose& X_WO) {
 }
 
 /// The C world's hands feel what C++'s do, bit for bit.
-void expect_same_feels(const CWorld& world, std::span<const HandFeel> feels) {
+void expect_same_feels(const OwnedWorld& world, std::span<const HandFeel> feels) {
   const touchstone_feel* felt = nullptr;
   size_t hands = 0;
   ASSERT_EQ(touchstone_get_feels(world.get(), &felt, &hands), TOUCHSTONE_OK);
@@ -157,7 +152,7 @@ TEST(CMechanism, ABundledArmSlidesAsThroughCpp) {
   BackendRegistry registry;
   register_core(registry);
   ContactWorld cpp(make_native(), registry.make_broadphase("native"), kDefaultGap);
-  const CWorld world = made_world();
+  const OwnedWorld world = made_world();
   MechanismDescription description = make_bundled_arm("ssrms");
   description.name = "arm";
   const std::string link = description.links.back().name;
@@ -201,7 +196,7 @@ TEST(CMechanism, ABundledArmSlidesAsThroughCpp) {
 }
 
 TEST(CMechanism, FramesDoNotAllocate) {
-  const CWorld world = made_world();
+  const OwnedWorld world = made_world();
   const Crane crane;
   const touchstone_pose origin = c_pose(Pose{});
   touchstone_mechanism arm = 0;
@@ -226,7 +221,7 @@ TEST(CMechanism, FramesDoNotAllocate) {
 /// The crane on its post, given options; its hook may be drawn in as far as the post.
 class Options : public testing::Test {
  protected:
-  CWorld world = made_world();
+  OwnedWorld world = made_world();
   Crane crane;
   touchstone_pose origin = c_pose(Pose{});
   touchstone_mechanism_options options{};
@@ -344,7 +339,7 @@ TEST_F(Options, WhatIsNoneIsRefusedByName) {
 
 class BadMechanisms : public testing::Test {
  protected:
-  CWorld world = made_world();
+  OwnedWorld world = made_world();
   Crane crane;
   touchstone_pose origin = c_pose(Pose{});
   touchstone_mechanism arm = 7;

@@ -14,6 +14,7 @@
 #include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/contact_core/registry.hpp"
 #include "touchstone/contact_core/world/contact_world.hpp"
+#include "touchstone/tests/c_interface/owned_world.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
 #include "touchstone/tests/support/random.hpp"
 
@@ -21,10 +22,6 @@ namespace touchstone {
 namespace {
 
 using testing::HasSubstr;
-
-struct Destroy {
-  void operator()(touchstone_world* one) const { touchstone_destroy_world(one); }
-};
 
 touchstone_pose c_pose(const Pose& X) {
   touchstone_pose out;
@@ -34,7 +31,7 @@ touchstone_pose c_pose(const Pose& X) {
 
 /// A world through C, and what is in it.
 struct CWorld {
-  std::unique_ptr<touchstone_world, Destroy> world;
+  OwnedWorld world;
   std::vector<touchstone_object> objects;
 
   explicit CWorld(double gap = 0.0) {
