@@ -1,6 +1,7 @@
 #include "touchstone/adapters/all/all_backends.hpp"
 
 #include <algorithm>
+#include <iterator>
 
 #include "touchstone/adapters/all/if_built.hpp"
 #include "touchstone/adapters/bullet/bullet.hpp"
@@ -25,6 +26,11 @@ constexpr BackendSource kSources[] = {
      "errors cannot be measured without it"},
 };
 
+constexpr std::vector<SweepEntry> (*kSweepSources[])() = {
+    TOUCHSTONE_IF_BUILT(TOUCHSTONE_BUILT_BULLET, bullet_sweeps),
+    TOUCHSTONE_IF_BUILT(TOUCHSTONE_BUILT_FCL, fcl_sweeps),
+};
+
 }  // namespace
 
 std::span<const BackendSource> backend_sources() { return kSources; }
@@ -33,6 +39,16 @@ void register_all_backends(BackendRegistry& registry) {
   register_core(registry);
   for (const BackendSource& source : kSources)
     if (source.register_in != nullptr) source.register_in(registry);
+}
+
+std::vector<SweepEntry> all_sweeps() {
+  std::vector<SweepEntry> sweeps;
+  for (const auto source : kSweepSources) {
+    if (source == nullptr) continue;
+    std::vector<SweepEntry> more = source();
+    std::move(more.begin(), more.end(), std::back_inserter(sweeps));
+  }
+  return sweeps;
 }
 
 std::vector<std::string> all_backend_names() {

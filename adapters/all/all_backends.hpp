@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "touchstone/contact_core/motion/sweep.hpp"
 #include "touchstone/contact_core/registry.hpp"
 
 namespace touchstone {
@@ -22,7 +23,10 @@ std::span<const BackendSource> backend_sources();
 /// Registers ours and every source's of this build.
 void register_all_backends(BackendRegistry& registry);
 
-/// Their narrowphases' names, in the order of registration.
+/// The engines' own sweeps in this build.
+std::vector<SweepEntry> all_sweeps();
+
+/// The narrowphases' names, in the order of registration.
 std::vector<std::string> all_backend_names();
 /// True where this build has such a narrowphase.
 bool has_backend(std::string_view narrowphase);

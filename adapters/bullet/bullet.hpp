@@ -1,5 +1,8 @@
 #pragma once
 
+#include <vector>
+
+#include "touchstone/contact_core/motion/sweep.hpp"
 #include "touchstone/contact_core/registry.hpp"
 
 /// @file
@@ -29,5 +32,10 @@ namespace touchstone {
 /// that is finite. Capabilities::resolution gets tighter with build(): what grows with size becomes absolute,
 /// for the largest solid.
 void register_bullet(BackendRegistry& registry);
+
+/// Its sweeps, with margin 0: `bullet_continuous` (btContinuousConvexCollision) and, without turning,
+/// `bullet_subsimplex_cast` and `bullet_gjk_cast`. The last has boxes with the margins within them that
+/// btBoxShape gives: without, a step that lands on touch ends it.
+std::vector<SweepEntry> bullet_sweeps();
 
 }  // namespace touchstone

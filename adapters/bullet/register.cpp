@@ -38,11 +38,25 @@ void register_all(BackendRegistry& registry, const std::string& name) {
                                                 [=] { return make_broadphase(name); }});
 }
 
+#ifdef BT_USE_DOUBLE_PRECISION
+SweepEntry sweep_entry(const char* name, SweepMethod method, const char* what) {
+  return {name, describe(what), "bullet", [=] { return make_sweep(method); }};
+}
+#endif
+
 }  // namespace
 }  // namespace TOUCHSTONE_BULLET_NAMESPACE
 
 #ifdef BT_USE_DOUBLE_PRECISION
 void register_bullet(BackendRegistry& registry) { bullet_double::register_all(registry, "bullet"); }
+
+std::vector<SweepEntry> bullet_sweeps() {
+  using bullet_double::sweep_entry;
+  using bullet_double::SweepMethod;
+  return {sweep_entry("bullet_continuous", SweepMethod::continuous, "btContinuousConvexCollision"),
+          sweep_entry("bullet_subsimplex_cast", SweepMethod::subsimplex, "btSubsimplexConvexCast"),
+          sweep_entry("bullet_gjk_cast", SweepMethod::gjk, "btGjkConvexCast, boxes with their margins")};
+}
 #else
 void register_bullet_single(BackendRegistry& registry) {
   bullet_single::register_all(registry, "bullet_single");

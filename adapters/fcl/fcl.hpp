@@ -1,5 +1,8 @@
 #pragma once
 
+#include <vector>
+
+#include "touchstone/contact_core/motion/sweep.hpp"
 #include "touchstone/contact_core/registry.hpp"
 
 /// @file
@@ -30,5 +33,9 @@ namespace touchstone {
 /// Adds narrowphases `fcl` and `fcl_indep`.
 /// @throws InputError when a name is taken.
 void register_fcl(BackendRegistry& registry);
+
+/// Its continuous collision of the same shapes: conservative advancement with either GJK (`fcl_ca`,
+/// `fcl_indep_ca`), and `fcl_naive`, its default, which looks at ten poses evenly spaced.
+std::vector<SweepEntry> fcl_sweeps();
 
 }  // namespace touchstone

@@ -1,7 +1,5 @@
 #include "touchstone/adapters/fcl/fcl_narrowphase.hpp"
 
-#include <fcl/geometry/shape/box.h>
-#include <fcl/geometry/shape/convex.h>
 #include <fcl/narrowphase/collision.h>
 #include <fcl/narrowphase/distance.h>
 #include <cassert>
@@ -11,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "touchstone/adapters/fcl/shapes.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/norms.hpp"
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
@@ -23,28 +22,7 @@ namespace {
 /// Of FCL's requests, by default.
 constexpr double kTolerance = 1e-6;
 
-using Shape = std::unique_ptr<fcl::CollisionGeometryd>;
-
-Shape make_shape(const Hexahedron& solid) {
-  if (solid.is_box()) return std::make_unique<fcl::Boxd>(2.0 * solid.half_extents());
-  auto faces = std::make_shared<std::vector<int>>();
-  for (const auto& quad : Hexahedron::kFaceVertices) {
-    faces->push_back(4);
-    faces->insert(faces->end(), quad.begin(), quad.end());
-  }
-  auto vertices =
-      std::make_shared<std::vector<fcl::Vector3d>>(solid.vertices().begin(), solid.vertices().end());
-  return std::make_unique<fcl::Convexd>(vertices, static_cast<int>(Hexahedron::kFaceVertices.size()), faces);
-}
-
-fcl::Transform3d to_engine(const Pose& X) {
-  fcl::Transform3d out = fcl::Transform3d::Identity();
-  out.linear() = X.R;
-  out.translation() = X.p;
-  return out;
-}
-
-fcl::GJKSolverType to_engine(Solver solver) {
+fcl::GJKSolverType gjk_of(Solver solver) {
   return solver == Solver::libccd ? fcl::GST_LIBCCD : fcl::GST_INDEP;
 }
 
@@ -66,12 +44,12 @@ class Engine {
   bool supports(QueryKind kind) const { return kind != QueryKind::manifold || solver_ == Solver::libccd; }
 
   bool overlap(const PosedPair& pair, fcl::CollisionResultd& result) const {
-    const fcl::CollisionRequestd request(1, false, 1, false, true, to_engine(solver_));
+    const fcl::CollisionRequestd request(1, false, 1, false, true, gjk_of(solver_));
     return collide(pair, request, result);
   }
   /// Deepest first.
   bool contacts(const PosedPair& pair, FclWorkspace& workspace) const {
-    const fcl::CollisionRequestd request(kMaxManifoldPoints, true, 1, false, true, to_engine(solver_));
+    const fcl::CollisionRequestd request(kMaxManifoldPoints, true, 1, false, true, gjk_of(solver_));
     workspace.contacts.clear();
     if (!collide(pair, request, workspace.collision)) return false;
     workspace.collision.getContacts(workspace.contacts);
@@ -81,7 +59,7 @@ class Engine {
   }
   /// Below 0 for pairs that are not apart, whatever their depth.
   double distance(const PosedPair& pair, Vector3& p_A_W, Vector3& p_B_W) const {
-    const fcl::DistanceRequestd request(true, false, 0.0, 0.0, kTolerance, to_engine(solver_));
+    const fcl::DistanceRequestd request(true, false, 0.0, 0.0, kTolerance, gjk_of(solver_));
     fcl::DistanceResultd result;
     fcl::distance(&pair.a, pair.X_WA, &pair.b, pair.X_WB, request, result);
     p_A_W = result.nearest_points[0], p_B_W = result.nearest_points[1];

@@ -13,12 +13,14 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "touchstone/adapters/all/all_backends.hpp"
 #include "touchstone/adapters/exact/exact.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/motion/impact.hpp"
 #include "touchstone/contact_core/motion/narrowphase_query.hpp"
 #include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/contact_core/registry.hpp"
+#include "touchstone/tests/benchmarks/motion/fcl_check.hpp"
 #include "touchstone/tests/benchmarks/motion/impact_motions.hpp"
 
 namespace touchstone::impact {
@@ -42,30 +44,35 @@ double speed_bound(const Motion& motion) {
          norm(b.angular_velocity_W) * radius(motion.b);
 }
 
-class Ours final : public Method {
+MovingSolid moving(const Hexahedron& solid, const RigidPath& path) {
+  const BodyState state = path.at(0, 0.0);
+  return {&solid, {}, &path, 0, 1.0, norm(state.velocity_W) + norm(state.angular_velocity_W) * radius(solid)};
+}
+
+class Ours final : public Sweep {
  public:
-  std::string_view name() const override { return "find_impact, native"; }
-  void set(const Motion& motion) override {
-    motion_ = &motion;
-    const std::vector<Hexahedron> solids{motion.a, motion.b};
+  void set(const Hexahedron& a, const RigidPath& path_a, const Hexahedron& b,
+           const RigidPath& path_b) override {
+    const std::vector<Hexahedron> solids{a, b};
     native_->build(solids);
     query_.emplace(*native_, 2);
-    const BodyState a = motion.path_a.at(0, 0.0), b = motion.path_b.at(0, 0.0);
-    travel_a_ = norm(a.velocity_W) + norm(a.angular_velocity_W) * radius(motion.a);
-    travel_b_ = norm(b.velocity_W) + norm(b.angular_velocity_W) * radius(motion.b);
+    a_ = moving(a, path_a), b_ = moving(b, path_b);
   }
   std::optional<double> impact() override {
-    const MovingSolid a{&motion_->a, {}, &motion_->path_a, 0, 1.0, travel_a_},
-        b{&motion_->b, {}, &motion_->path_b, 0, 1.0, travel_b_};
-    const Impact found = find_impact(a, b, {kGap}, *query_, 0.0, 1.0, false);
+    const Impact found = find_impact(a_, b_, {kGap}, *query_, 0.0, 1.0, false);
     return found.status == ImpactStatus::clear ? std::nullopt : std::optional(found.lo);
   }
 
  private:
-  const Motion* motion_ = nullptr;
   std::unique_ptr<Narrowphase> native_ = make_native();
   std::optional<NarrowphaseQuery> query_;
-  double travel_a_ = 0.0, travel_b_ = 0.0;
+  MovingSolid a_{}, b_{};
+};
+
+/// What is measured, by the name that its row has.
+struct Method {
+  std::string name;
+  std::unique_ptr<Sweep> sweep;
 };
 
 /// `exact` on one motion.
@@ -129,12 +136,12 @@ double quantile(std::vector<double>& values, double share) {
 }
 
 /// The least of three calls: what else the machine does is not the method's.
-std::optional<double> timed(Method& method, Score& score) {
+std::optional<double> timed(Sweep& sweep, Score& score) {
   std::optional<double> said;
   double least = kInfinity;
   for (int i = 0; i < 3; ++i) {
     const Clock::time_point start = Clock::now();
-    said = method.impact();
+    said = sweep.impact();
     least = std::min(least, std::chrono::duration<double, std::nano>(Clock::now() - start).count());
   }
   score.ns.push_back(least);
@@ -155,7 +162,7 @@ void look(const std::optional<double>& said, double truth, Judge& judge, Score& 
   if (separation <= 0.0) ++score.merged, score.deepest = std::max(score.deepest, -separation);
 }
 
-void run(const Family& family, int count, std::uint64_t seed, std::vector<std::unique_ptr<Method>>& methods) {
+void run(const Family& family, int count, std::uint64_t seed, std::vector<Method>& methods) {
   std::mt19937_64 random(seed);
   Judge judge;
   std::vector<Score> scores(methods.size());
@@ -168,9 +175,10 @@ void run(const Family& family, int count, std::uint64_t seed, std::vector<std::u
     const double truth = judge.first_touch();
     meetings += truth <= 1.0 ? 1 : 0;
     for (std::size_t m = 0; m < methods.size(); ++m) {
-      if (family.has_turns && !methods[m]->turns()) continue;
-      methods[m]->set(motion);
-      look(timed(*methods[m], scores[m]), truth, judge, scores[m]);
+      Sweep& sweep = *methods[m].sweep;
+      if (family.has_turns && !sweep.turns()) continue;
+      sweep.set(motion.a, motion.path_a, motion.b, motion.path_b);
+      look(timed(sweep, scores[m]), truth, judge, scores[m]);
     }
   }
   std::printf("\n### %s: %d motions, %d meet\n\n", std::string(family.name).c_str(), count, meetings);
@@ -182,7 +190,7 @@ void run(const Family& family, int count, std::uint64_t seed, std::vector<std::u
     Score& score = scores[m];
     if (score.ns.empty()) continue;
     std::printf("| %s | %.0f | %.0f | %.0f | %d | %d | %d | %d | %.2g | %.2g | %.2g | %.2g |\n",
-                std::string(methods[m]->name()).c_str(), quantile(score.ns, 0.5), quantile(score.ns, 0.999),
+                methods[m].name.c_str(), quantile(score.ns, 0.5), quantile(score.ns, 0.999),
                 quantile(score.ns, 1.0), score.missed, score.phantom, score.late, score.merged, score.deepest,
                 quantile(score.off, 0.5), quantile(score.off, 1.0), score.earliest);
   }
@@ -191,7 +199,16 @@ void run(const Family& family, int count, std::uint64_t seed, std::vector<std::u
 
 }  // namespace
 
-std::unique_ptr<Method> make_ours() { return std::make_unique<Ours>(); }
+std::vector<Method> all_methods() {
+  std::vector<Method> methods;
+  methods.push_back({"find_impact, native", std::make_unique<Ours>()});
+  std::vector<SweepEntry> entries = all_sweeps();
+#ifdef TOUCHSTONE_BENCHMARK_FCL
+  entries.push_back(fcl_naive_1000());
+#endif
+  for (const SweepEntry& entry : entries) methods.push_back({entry.description, entry.make()});
+  return methods;
+}
 
 }  // namespace touchstone::impact
 
@@ -203,11 +220,9 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "impact_benchmark: the number of motions must be > 0\n");
     return 1;
   }
-  std::vector<std::unique_ptr<Method>> methods;
-  methods.push_back(make_ours());
-  for (auto make : {make_bullet_gjk_cast, make_bullet_subsimplex_cast, make_bullet_continuous, make_fcl_indep,
-                    make_fcl_libccd, make_fcl_naive, make_fcl_naive_1000})
-    if (auto method = make()) methods.push_back(std::move(method));
+  std::vector<Method> methods = all_methods();
+#ifdef TOUCHSTONE_BENCHMARK_FCL
   print_fcl_check();
+#endif
   for (const Family& family : families()) run(family, count, seed, methods);
 }
