@@ -31,7 +31,8 @@ def folder(doc):
 
 def save(figure, out, name):
     path = out / f"{name}.png"
-    figure.savefig(path, dpi=110, bbox_inches="tight")
+    # "tight" leaves out labels of z axes, which the padding has room for.
+    figure.savefig(path, dpi=110, bbox_inches="tight", pad_inches=0.4)
     print(path)
 
 
