@@ -113,24 +113,41 @@ SceneDrive make_drive(const std::string& mode, double torque, double rate, doubl
   return {{named(kDriveModes, mode, "mode"), torque, rate, limit, position, stiffness, damping}, ramp};
 }
 
+/// What joints of mechanisms and those between bodies are given alike.
+struct GivenJoint {
+  const std::string &name, &child;
+  const std::optional<std::string>& parent;
+  const py::object &position, &axis;
+  double lower, upper, effort;
+  const SceneDrive& drive;
+  double friction, damping;
+};
+
+template <class Joint, class Kind>
+Joint make_joint(const DynamicScene& self, const GivenJoint& given, Kind kind) {
+  Joint joint;
+  joint.name = given.name;
+  joint.kind = kind;
+  joint.child = object_of(self, given.child, kNoObject);
+  joint.parent = object_of(self, given.parent, kNoObject);
+  joint.p_W = place_of(self, given.position, joint.child);
+  joint.axis_W = axis_of(given.axis);
+  joint.lower = given.lower, joint.upper = given.upper, joint.effort = given.effort;
+  joint.drive = given.drive;
+  joint.losses = {given.friction, given.damping};
+  return joint;
+}
+
 void add_joint(DynamicScene& self, const std::string& mechanism, const std::string& name,
                const std::string& child, const std::optional<std::string>& parent, const std::string& kind,
                const py::object& position, const py::object& axis, double value, double rate, double lower,
                double upper, double most_rate, double effort, const SceneDrive& drive, double friction,
                double damping, double rotor) {
   if (has_joint(self, mechanism + "." + name)) reject(mechanism + "." + name, "is there already");
-  SceneJoint joint;
-  joint.name = name;
-  joint.kind = named(kJointKinds, kind, "kind");
-  joint.child = object_of(self, child, kNoObject);
-  joint.parent = object_of(self, parent, kNoObject);
-  joint.p_W = place_of(self, position, joint.child);
-  joint.axis_W = axis_of(axis);
+  const GivenJoint given{name, child, parent, position, axis, lower, upper, effort, drive, friction, damping};
+  auto joint = make_joint<SceneJoint>(self, given, named(kJointKinds, kind, "kind"));
   joint.value = value, joint.rate = rate;
-  joint.lower = lower, joint.upper = upper;
-  joint.most_rate = most_rate, joint.effort = effort;
-  joint.drive = drive;
-  joint.losses = {friction, damping};
+  joint.most_rate = most_rate;
   joint.rotor = rotor;
   // The mechanism's first joint makes it.
   auto of = std::find_if(self.mechanisms.begin(), self.mechanisms.end(),
@@ -144,16 +161,8 @@ void add_body_joint(DynamicScene& self, const std::string& name, const std::stri
                     const py::object& position, const py::object& axis, double lower, double upper,
                     double effort, const SceneDrive& drive, double friction, double damping, bool holds) {
   if (has_joint(self, name)) reject(name, "is there already");
-  SceneBodyJoint joint;
-  joint.name = name;
-  joint.kind = named(kBodyJointKinds, kind, "kind");
-  joint.child = object_of(self, child, kNoObject);
-  joint.parent = object_of(self, parent, kNoObject);
-  joint.p_W = place_of(self, position, joint.child);
-  joint.axis_W = axis_of(axis);
-  joint.lower = lower, joint.upper = upper, joint.effort = effort;
-  joint.drive = drive;
-  joint.losses = {friction, damping};
+  const GivenJoint given{name, child, parent, position, axis, lower, upper, effort, drive, friction, damping};
+  auto joint = make_joint<SceneBodyJoint>(self, given, named(kBodyJointKinds, kind, "kind"));
   joint.is_on = holds;
   self.joints.push_back(std::move(joint));
 }
