@@ -1,8 +1,9 @@
 #pragma once
 
-#include <memory>
+#include <optional>
 
 #include "touchstone/adapters/python/arrays.hpp"
+#include "touchstone/adapters/python/recycled_array.hpp"
 #include "touchstone/contact_core/narrowphase/narrowphase.hpp"
 
 namespace touchstone::python {
@@ -31,9 +32,9 @@ class Answers {
   QueryKind kind_;
   std::size_t count_;
   int slots_;  ///< points a pair
-  std::unique_ptr<PairStatus[]> status_;
-  std::unique_ptr<PairGeometry[]> geometry_;
-  std::unique_ptr<ContactPoint[]> points_;
+  RecycledArray<PairStatus> status_;
+  std::optional<RecycledArray<PairGeometry>> geometry_;
+  std::optional<RecycledArray<ContactPoint>> points_;
 };
 
 /// Of PairGeometry.

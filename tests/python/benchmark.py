@@ -4,10 +4,12 @@
 
 Overheads are of the thread's processor time, which a loaded machine disturbs less; both sides take turns, and the medians of the turns'
 ratios count, beside that of their best turns. Threads are timed by the clock: the best of many runs of one thread over the best of two
-with half each, and the same without Python as the yardstick.
+with half each. The same without Python, and in two processes that share nothing but the machine, are the yardsticks: what Python adds is
+the share of a batch that it holds its lock, of the thread's processor time.
 """
 
 import argparse
+import multiprocessing
 import os
 import statistics
 import threading
@@ -59,21 +61,66 @@ def wall_of(bodies):
     return time.perf_counter() - begin
 
 
+class Process:
+    """Answers parts of the batch in a process of its own."""
+
+    def __init__(self, body):
+        self.here, there = multiprocessing.Pipe()
+        multiprocessing.get_context("fork").Process(target=self.serve, args=(there, body), daemon=True).start()
+
+    @staticmethod
+    def serve(there, body):
+        while True:
+            for part in there.recv():
+                body(part)
+            there.send(None)
+
+
+def wall_of_processes(processes, parts):
+    begin = time.perf_counter()
+    for process, part in zip(processes, parts):
+        process.here.send(part)
+    for process, _ in zip(processes, parts):
+        process.here.recv()
+    return time.perf_counter() - begin
+
+
+def held_share(check, poses, half, out, repetitions):
+    """The share of a batch under Python's lock, at most: of a call that is refused after all that is done under it."""
+    other = check.distance(poses, half[:1].copy())
+
+    def refused():
+        try:
+            check.distance(poses, half, out=other)
+        except touchstone.InputError:
+            pass
+
+    held = [seconds_of(refused, 50) / 50 for _ in range(repetitions)]
+    whole = [seconds_of(lambda: check.distance(poses, half, out=out), 1) for _ in range(repetitions)]
+    return statistics.median(held) / statistics.median(whole)
+
+
 def threads(repetitions, case):
     check, poses, pairs = case
     halves = np.array_split(pairs, 2)
     outs = [check.distance(poses, half) for half in halves]
+    share = held_share(check, poses, halves[0], outs[0], repetitions // 8 + 2)
     bodies = {"from Python": lambda k: check.distance(poses, halves[k], out=outs[k]),
               "C++ alone": lambda k: check._seconds(DISTANCE, poses, halves[k], 1)}
-    one = {name: [] for name in bodies}
-    two = {name: [] for name in bodies}
+    processes = [Process(bodies["C++ alone"]) for _ in halves]
+    one = {name: [] for name in [*bodies, "two processes"]}
+    two = {name: [] for name in one}
     for _ in range(repetitions):
         for name, body in bodies.items():
             one[name].append(wall_of([lambda: (body(0), body(1))]))
             two[name].append(wall_of([lambda: body(0), lambda: body(1)]))
-    for name in bodies:
+        one["two processes"].append(wall_of_processes(processes, [(0, 1)]))
+        two["two processes"].append(wall_of_processes(processes, [(0,), (1,)]))
+    for name in one:
         median = statistics.median(one[name]) / statistics.median(two[name])
         print(f"| {name} | {median:.2f} | {min(one[name]) / min(two[name]):.2f} |")
+    print(f"\nUnder Python's lock: at most {100 * share:.2f} % of a batch of {len(halves[0])} pairs, which allows "
+          f"{2 / (1 + share):.3f}.")
 
 
 def main():

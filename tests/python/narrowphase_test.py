@@ -94,6 +94,24 @@ class Answers(unittest.TestCase):
         np.testing.assert_array_equal(geometry["separation"], [0.25] * 4)
         self.assertEqual(len(filler), 100)
 
+    def test_memory_of_answers_that_are_gone_serves_later_ones_alone(self):
+        def place(array):
+            return array.__array_interface__["data"][0]
+
+        pairs = np.tile(self.pairs, (500, 1))
+        first = self.check.overlap(self.poses, pairs)
+        status, was = first.status, place(first.status)
+        expected = status.copy()
+        del first  # the view holds it
+        others = [self.check.overlap(self.poses, pairs) for _ in range(6)]
+        self.assertEqual(len({was, *(place(each.status) for each in others)}), 7)
+        np.testing.assert_array_equal(status, expected)
+        del status
+        self.assertEqual(place(self.check.overlap(self.poses, pairs).status), was)
+        few = self.check.overlap(self.poses, self.pairs)  # a hundred times as much is not spent on it
+        self.assertNotIn(place(few.status), {was, *(place(each.status) for each in others)})
+        np.testing.assert_array_equal(few.status, expected[:len(self.pairs)])
+
     def test_views_cannot_be_resized_under_us(self):
         answers = self.check.distance(self.poses, self.pairs)
         for array in (answers.status, answers.geometry):
