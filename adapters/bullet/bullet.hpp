@@ -33,9 +33,9 @@ namespace touchstone {
 /// for the largest solid.
 void register_bullet(BackendRegistry& registry);
 
-/// Its sweeps, with margin 0: `bullet_continuous` (btContinuousConvexCollision) and, without turning,
-/// `bullet_subsimplex_cast` and `bullet_gjk_cast`. The last has boxes with the margins within them that
-/// btBoxShape gives: without, a step that lands on touch ends it.
+/// Its sweeps, with margin 0: `bullet_continuous` (btContinuousConvexCollision, which cuts what turns further
+/// to 45 degrees) and, without turning, `bullet_subsimplex_cast` and `bullet_gjk_cast`. The last has boxes
+/// with the margins within them that btBoxShape gives: without, a step that lands on touch ends it.
 std::vector<SweepEntry> bullet_sweeps();
 
 }  // namespace touchstone

@@ -4,6 +4,7 @@
 #include <BulletCollision/NarrowPhaseCollision/btGjkEpaPenetrationDepthSolver.h>
 #include <BulletCollision/NarrowPhaseCollision/btSubSimplexConvexCast.h>
 #include <BulletCollision/NarrowPhaseCollision/btVoronoiSimplexSolver.h>
+#include <LinearMath/btTransformUtil.h>
 
 #include <array>
 #include <utility>
@@ -18,7 +19,10 @@ class BulletSweep final : public Sweep {
  public:
   explicit BulletSweep(SweepMethod method) : method_(method) {}
 
-  bool turns() const noexcept override { return method_ == SweepMethod::continuous; }
+  /// btTransformUtil::integrateTransform() cuts turns to ANGULAR_MOTION_THRESHOLD.
+  double most_turn() const noexcept override {
+    return method_ == SweepMethod::continuous ? static_cast<double>(ANGULAR_MOTION_THRESHOLD) : 0.0;
+  }
 
   void set(const Hexahedron& a, const RigidPath& path_a, const Hexahedron& b,
            const RigidPath& path_b) override {

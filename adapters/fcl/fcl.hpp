@@ -35,7 +35,8 @@ namespace touchstone {
 void register_fcl(BackendRegistry& registry);
 
 /// Its continuous collision of the same shapes: conservative advancement with either GJK (`fcl_ca`,
-/// `fcl_indep_ca`), and `fcl_naive`, its default, which looks at ten poses evenly spaced.
+/// `fcl_indep_ca`), and `fcl_naive`, its default, which looks at ten poses evenly spaced. Of `fcl_indep`,
+/// beside which they are asked: `fcl` may end the process.
 std::vector<SweepEntry> fcl_sweeps();
 
 }  // namespace touchstone

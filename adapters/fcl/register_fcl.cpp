@@ -14,7 +14,7 @@ std::string describe(const char* what) {
 }
 
 SweepEntry sweep_entry(const char* name, const char* what, const fcl_adapter::SweepSetting& setting) {
-  return {name, describe(what), "fcl", [=] { return fcl_adapter::make_sweep(setting); }};
+  return {name, describe(what), "fcl_indep", [=] { return fcl_adapter::make_sweep(setting); }};
 }
 
 }  // namespace

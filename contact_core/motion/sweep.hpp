@@ -5,7 +5,9 @@
 #include <optional>
 #include <string>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/geometry/norms.hpp"
 #include "touchstone/contact_core/motion/path.hpp"
 
 namespace touchstone {
@@ -15,8 +17,9 @@ namespace touchstone {
 class Sweep {
  public:
   virtual ~Sweep() = default;
-  /// False: it sweeps without turning, whatever is asked.
-  virtual bool turns() const noexcept { return true; }
+  /// The largest turn of a solid between its ends that it follows [rad]: of larger ones it sweeps another
+  /// motion; 0: it knows no turning.
+  virtual double most_turn() const noexcept { return kInfinity; }
   /// Untimed. Solids and paths must stay until the next call.
   /// @throws InputError where the engine refuses a solid.
   virtual void set(const Hexahedron& a, const RigidPath& path_a, const Hexahedron& b,
@@ -25,6 +28,9 @@ class Sweep {
   /// @throws std::exception as the engine does.
   virtual std::optional<double> impact() = 0;
 };
+
+/// How far a solid turns on its path [rad]; exactly 0 where its attitude stays to the bit.
+inline double turn_of(const RigidPath& path) { return norm(path.at(0, 0.0).angular_velocity_W); }
 
 /// A sweep and how to make one.
 struct SweepEntry {

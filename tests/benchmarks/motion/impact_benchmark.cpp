@@ -162,6 +162,12 @@ void look(const std::optional<double>& said, double truth, Judge& judge, Score& 
   if (separation <= 0.0) ++score.merged, score.deepest = std::max(score.deepest, -separation);
 }
 
+/// Says of how many motions a row is where that is not all.
+std::string row_name(const Method& method, const Score& score, int count) {
+  const auto asked = static_cast<int>(score.ns.size());
+  return asked == count ? method.name : method.name + ", " + std::to_string(asked) + " of these";
+}
+
 void run(const Family& family, int count, std::uint64_t seed, std::vector<Method>& methods) {
   std::mt19937_64 random(seed);
   Judge judge;
@@ -176,7 +182,7 @@ void run(const Family& family, int count, std::uint64_t seed, std::vector<Method
     meetings += truth <= 1.0 ? 1 : 0;
     for (std::size_t m = 0; m < methods.size(); ++m) {
       Sweep& sweep = *methods[m].sweep;
-      if (family.has_turns && !sweep.turns()) continue;
+      if (std::max(turn_of(motion.path_a), turn_of(motion.path_b)) > sweep.most_turn()) continue;
       sweep.set(motion.a, motion.path_a, motion.b, motion.path_b);
       look(timed(sweep, scores[m]), truth, judge, scores[m]);
     }
@@ -190,9 +196,10 @@ void run(const Family& family, int count, std::uint64_t seed, std::vector<Method
     Score& score = scores[m];
     if (score.ns.empty()) continue;
     std::printf("| %s | %.0f | %.0f | %.0f | %d | %d | %d | %d | %.2g | %.2g | %.2g | %.2g |\n",
-                methods[m].name.c_str(), quantile(score.ns, 0.5), quantile(score.ns, 0.999),
-                quantile(score.ns, 1.0), score.missed, score.phantom, score.late, score.merged, score.deepest,
-                quantile(score.off, 0.5), quantile(score.off, 1.0), score.earliest);
+                row_name(methods[m], score, count).c_str(), quantile(score.ns, 0.5),
+                quantile(score.ns, 0.999), quantile(score.ns, 1.0), score.missed, score.phantom, score.late,
+                score.merged, score.deepest, quantile(score.off, 0.5), quantile(score.off, 1.0),
+                score.earliest);
   }
   std::fflush(stdout);
 }

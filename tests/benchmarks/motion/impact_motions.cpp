@@ -77,9 +77,8 @@ Motion bars(Random64& random) {
 }  // namespace
 
 std::vector<Family> families() {
-  return {
-      {"boxes, no turning", false, translated}, {"boxes", true, boxes},        {"hexahedra", true, hexahedra},
-      {"thin plates, fast", true, plates},      {"flush slides", true, flush}, {"turning bars", true, bars}};
+  return {{"boxes, no turning", translated}, {"boxes", boxes},        {"hexahedra", hexahedra},
+          {"thin plates, fast", plates},     {"flush slides", flush}, {"turning bars", bars}};
 }
 
 }  // namespace touchstone::impact

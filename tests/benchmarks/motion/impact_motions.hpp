@@ -18,7 +18,6 @@ struct Motion {
 /// A family of random motions.
 struct Family {
   std::string_view name;
-  bool has_turns;
   Motion (*make)(std::mt19937_64&);
 };
 
