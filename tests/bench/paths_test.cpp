@@ -1,8 +1,13 @@
 #include <gmock/gmock.h>
 
+#include <limits>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 #include <string>
 
+#include "touchstone/contact_core/geometry/quaternion.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/bench/site/path_pages.hpp"
 #include "touchstone/examples/compare_backends/judge/path_result.hpp"
 #include "touchstone/tests/support/program_test.hpp"
@@ -65,7 +70,10 @@ TEST_F(Judged, AStopBeforeTheContactCostsWhatIsStillFree) {
   EXPECT_EQ(near.wrong() + near.open, 0u);
   EXPECT_NEAR(near.worst.cost, 6e-10, 1e-12);
   const PathBackendResult early = judge(stop(ImpactStatus::blocked, 0.2));
-  EXPECT_EQ(early.wrong(), 0u);
+  EXPECT_EQ(early.early, 1u);
+  EXPECT_EQ(early.wrong(), 1u);
+  ASSERT_EQ(early.faults.size(), 1u);
+  EXPECT_EQ(early.faults[0].reason, "early");
   EXPECT_NEAR(early.worst.cost, 0.8, 1e-12);
   EXPECT_NEAR(early.worst.cost_over_scale, 0.8 / paths_of(set, kPoses, 0).scale, 1e-12);
 }
@@ -92,6 +100,18 @@ TEST_F(Judged, AStopOnAClearPathIsPhantomUnlessTheTwoAreWithinTheGap) {
   take(1 + 0x1p-31);
   ASSERT_EQ(truth[0].path_class, PathClass::clear);
   EXPECT_EQ(judge(stop(ImpactStatus::blocked, 0.5)).phantom, 0u);
+}
+
+TEST_F(Judged, AStopIsEarlyFromAThousandthOfTheScaleOn) {
+  const double scale = paths_of(set, kPoses, 0).scale;
+  const auto stop_off = [&](double off) { return stop(ImpactStatus::blocked, truth[0].lo - off / 6); };
+  EXPECT_EQ(judge(stop_off(1.01 * kEarlyFrom * scale)).early, 1u);
+  EXPECT_EQ(judge(stop_off(0.99 * kEarlyFrom * scale)).wrong(), 0u);
+  // On a clear path it is phantom, and counted once.
+  take(1.2);
+  const PathBackendResult phantom = judge(stop(ImpactStatus::blocked, 0.0));
+  EXPECT_EQ(phantom.phantom, 1u);
+  EXPECT_EQ(phantom.wrong(), 1u);
 }
 
 TEST_F(Judged, WhatIsNotAnsweredIsOpenFailedOrNotTaken) {
@@ -131,24 +151,105 @@ TEST_F(Judged, AContactBetweenTwoPosesIsUnseen) {
   EXPECT_EQ(begin_paths(set, kPoses, truth, poses).unseen, 1u);
 }
 
+// ---- engines' own sweeps
+
+/// Says what it was told to.
+class ToldSweep final : public Sweep {
+ public:
+  ToldSweep(std::optional<double> said, double most_turn, bool throws)
+      : said_(said), most_turn_(most_turn), throws_(throws) {}
+  double most_turn() const noexcept override { return most_turn_; }
+  void set(const Hexahedron& a, const RigidPath&, const Hexahedron&, const RigidPath&) override {
+    if (!a.is_box()) throw InputError("boxes alone");
+  }
+  std::optional<double> impact() override {
+    if (throws_) throw std::runtime_error("gave up");
+    return said_;
+  }
+
+ private:
+  std::optional<double> said_;
+  double most_turn_;
+  bool throws_;
+};
+
+class Swept : public Judged {
+ protected:
+  PathBackendResult sweep(std::optional<double> said, double most_turn = kInfinity,
+                          bool throws = false) const {
+    const SweepEntry entry{"mine_cast", "Mine 1.0: a cast", "mine",
+                           [=] { return std::make_unique<ToldSweep>(said, most_turn, throws); }};
+    return judge_paths(set, kPoses, truth, poses, run_sweep(entry, set, kPoses), {}, *oracle);
+  }
+  /// As take(), and the moving one turns.
+  void take_turning(const Hexahedron& solid) {
+    set = {};
+    const Pose from{Matrix3::Identity(), {3, 0.2, 0.1}},
+        to{rotation_matrix(quaternion_of_turn({0, 0, 0.3})), {-3, 0.2, 0.1}};
+    append_path(set, "own:0", {solid, solid}, {RigidPath(Pose{}), RigidPath::between(from, to)}, kPoses);
+    poses = compute_truth(set, *oracle, 1);
+    truth = compute_path_truth(set, kPoses, *oracle, 1);
+  }
+};
+
+TEST_F(Swept, ItsStopIsJudgedUnderANameOfItsOwn) {
+  const PathBackendResult right = sweep(1.0 / 3 - 1e-10);
+  EXPECT_EQ(right.name, "mine_cast");
+  EXPECT_EQ(right.sweep, "Mine 1.0: a cast");
+  EXPECT_EQ(right.check, "swept");
+  EXPECT_EQ(right.answered, 1u);
+  EXPECT_EQ(right.wrong() + right.open, 0u);
+  EXPECT_EQ(sweep(0.2).early, 1u);
+  EXPECT_EQ(sweep(0.4).late, 1u);
+  EXPECT_EQ(sweep(std::nullopt).missed, 1u);
+  take(1.2);
+  EXPECT_EQ(sweep(0.5).phantom, 1u);
+  EXPECT_EQ(sweep(std::nullopt).wrong(), 0u);
+}
+
+TEST_F(Swept, NoNumberAndAnExceptionAreFailures) {
+  EXPECT_EQ(sweep(std::numeric_limits<double>::quiet_NaN()).failed, 1u);
+  EXPECT_EQ(sweep(0.2, kInfinity, true).failed, 1u);
+}
+
+TEST_F(Swept, PathsThatTurnFurtherThanItFollowsAreNotTaken) {
+  EXPECT_EQ(sweep(0.3, 0.0).answered, 1u);
+  take_turning(Hexahedron::from_size({1, 1, 1}));  // by 0.3 rad
+  EXPECT_EQ(sweep(0.3).answered, 1u);
+  EXPECT_EQ(sweep(0.3, 0.31).answered, 1u);
+  EXPECT_EQ(sweep(0.3, 0.29).answered, 0u);
+  EXPECT_EQ(sweep(0.3, 0.29).unsupported, 1u);
+  EXPECT_EQ(sweep(0.3, 0.0).unsupported, 1u);
+}
+
+TEST_F(Swept, ASolidThatItRefusesIsNotTaken) {
+  std::array<Vector3, 8> vertices = Hexahedron::from_size({1, 1, 1}).vertices();
+  for (Vector3& vertex : vertices) vertex.x() += 0.25 * vertex.z();
+  take_turning(Hexahedron::from_vertices(vertices));
+  EXPECT_EQ(sweep(0.3).unsupported, 1u);
+}
+
 // ---- the site's table
 
-TEST(PathSection, AStopThatMakesACellRedIsCountedAsEarly) {
+TEST(PathSection, EveryEarlyStopIsCounted) {
   BenchResults results;
   results.path_sets = {{"thin", 12, 5, 4, 0, 0}};
-  const auto row = [&](double cost_over_scale) {
+  const auto row = [&](const std::string& early, double cost_over_scale) {
     Entry entry;
     entry.engine = "mine";
-    PathCell& cell = entry.paths["thin"];
-    cell.answered = 12;
-    cell.check = "proven";
-    cell.worst = {"paths_thin:3", "", 0.0, 0.5, cost_over_scale};
-    EXPECT_EQ(grade(cell) == Grade::wrong, cost_over_scale >= kFar);
+    PathCell& cell = entry.paths["thin"] = path_cell_of(Json::parse(
+        R"({"backend": "mine", "check": "proven", "impacts": {"answered": 12, "missed": 0, "late": 0, "phantom": 0,)" +
+        early + R"("open": 0, "failed": 0, "unsupported": 0},
+        "worst": {"path": "paths_thin:3", "reason": "", "stops_at_s": 0, "cost_m": 0.5, "cost_over_S": )" +
+        std::to_string(cost_over_scale) + R"(}, "wrong_cases": []})"));
+    EXPECT_EQ(grade(cell) == Grade::wrong, cell.early > 0);
     return path_section(results, {entry});
   };
-  EXPECT_THAT(row(0.25), HasSubstr(">mine</span></th><td>1</td>"));
-  EXPECT_THAT(row(kFar), HasSubstr(">mine</span></th><td>1</td>"));
-  EXPECT_THAT(row(0.99 * kFar), HasSubstr(">mine</span></th><td>0</td>"));
+  EXPECT_THAT(row(R"("early": 3,)", 0.25), HasSubstr(">mine</span></th><td>3</td>"));
+  EXPECT_THAT(row(R"("early": 3,)", 0.25), HasSubstr("3 early of 12; 2e-01 S"));
+  // Files of before: of each set the dearest answer is known.
+  EXPECT_THAT(row("", kFar), HasSubstr(">mine</span></th><td>1</td>"));
+  EXPECT_THAT(row("", 0.99 * kFar), HasSubstr(">mine</span></th><td>0</td>"));
 }
 
 // ---- a corpus with paths
@@ -222,6 +323,9 @@ TEST_F(PathCorpus, EnginesAreJudgedAndShownWithTheirCases) {
   EXPECT_EQ(native.at("first_pose").at("right"), 12);
   EXPECT_EQ(thin.at("backends").at(1).at("check"), "sampled");
 
+  // No sweep was asked: Bullet and FCL were not.
+  EXPECT_EQ(thin.at("backends").size(), 2u);
+
   // An engine that goes through everything, as the site has it.
   Json wrong = results;
   Json& cell = wrong.at("path_sets").at(0).at("backends").at(0);
@@ -252,6 +356,34 @@ TEST_F(PathCorpus, EnginesAreJudgedAndShownWithTheirCases) {
   ASSERT_EQ(once.code, 0) << once.err;
   EXPECT_THAT(once.out, HasSubstr("overlap: overlapping"));
 }
+
+#ifdef HAS_BULLET
+TEST_F(PathCorpus, SweepsAreAskedBesideTheirBackendAndStandInTheTable) {
+  const Outcome asked = compare("--backend bullet --output " + at("report"));
+  ASSERT_EQ(asked.code, 0) << asked.err;
+  const Json results = Json::parse(read(folder_ / "report" / "results.json"));
+  const Json& backends = results.at("path_sets").at(0).at("backends");
+  std::map<std::string, Json> sweeps;
+  for (const Json& each : backends)
+    if (each.contains("sweep")) sweeps[each.at("backend")] = each;
+  ASSERT_EQ(sweeps.size(), 3u);
+  const Json& continuous = sweeps.at("bullet_continuous");
+  EXPECT_EQ(continuous.at("check"), "swept");
+  EXPECT_FALSE(continuous.contains("first_pose"));
+  EXPECT_GT(continuous.at("impacts").at("answered"), 0);
+  // Half of these paths turn, by more than 45 degrees.
+  const Json& subsimplex = sweeps.at("bullet_subsimplex_cast").at("impacts");
+  EXPECT_GT(subsimplex.at("answered"), 0);
+  EXPECT_GT(subsimplex.at("unsupported"), 0);
+  const Outcome made = run(std::string(BENCH) + " site " + at("site") + " " + at("report/results.json") +
+                           " --corpus " + at("corpus"));
+  ASSERT_EQ(made.code, 0) << made.err;
+  const std::string index = read(folder_ / "site" / "index.html");
+  EXPECT_THAT(index, HasSubstr(">bullet_continuous</span></th>"));
+  const std::size_t history = index.find("<section id='history'>");
+  EXPECT_EQ(index.find("bullet_continuous", history), std::string::npos);  // it has no answers to queries
+}
+#endif
 
 }  // namespace
 }  // namespace touchstone

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/bench/site/counts.hpp"
 #include "touchstone/examples/compare_backends/results/results_file.hpp"
 #include "touchstone/examples/program/files/json_error.hpp"
 
@@ -27,13 +28,13 @@ FiledAnswer answer_of(const Json& json) {
 
 Wrongness wrongness_of(const Json& json) {
   Wrongness wrong;
-  wrong.cases = json.at("cases");
-  wrong.missed = json.at("missed");
-  wrong.phantom = json.at("phantom");
-  wrong.undecided = json.at("undecided");
-  wrong.failed = json.at("failed");
-  wrong.unsupported = json.at("unsupported");
-  wrong.missing = json.at("missing_value");
+  read_counts(json, {{"cases", wrong.cases},
+                     {"missed", wrong.missed},
+                     {"phantom", wrong.phantom},
+                     {"undecided", wrong.undecided},
+                     {"failed", wrong.failed},
+                     {"unsupported", wrong.unsupported},
+                     {"missing_value", wrong.missing}});
   return wrong;
 }
 
@@ -67,8 +68,27 @@ bool has_set(const Corpus& corpus, const std::string& name) {
                      [&](const CorpusSet& set) { return set.name == name; });
 }
 
+Entry& add_entry(const Json& results, const std::string& file, const Json& name, const Json& description,
+                 BenchResults& into) {
+  Entry& entry = into.entries.emplace_back();
+  entry.engine = name;
+  entry.description = description;
+  entry.file = std::filesystem::path(file).filename().string();
+  entry.machine = results.at("machine").at("cpu").get<std::string>();
+  return entry;
+}
+
+/// The entry of one of a path set's backends; a sweep, which is no backend, gets one of its own.
+Entry& entry_of(const Json& results, const std::string& file, const Json& backend, std::size_t first,
+                BenchResults& into) {
+  for (std::size_t e = first; e < into.entries.size(); ++e)
+    if (into.entries[e].engine == backend.at("backend").get<std::string>()) return into.entries[e];
+  return add_entry(results, file, backend.at("backend"), backend.at("sweep"), into);
+}
+
 /// @param first of the file's entries.
-void add_paths(const Json& results, const Corpus& corpus, std::size_t first, BenchResults& into) {
+void add_paths(const Json& results, const std::string& file, const Corpus& corpus, std::size_t first,
+               BenchResults& into) {
   for (const Json& json : results.at("path_sets")) {
     const FiledPathSet set = path_set_of(json);
     if (!has_set(corpus, set.name)) continue;
@@ -76,21 +96,14 @@ void add_paths(const Json& results, const Corpus& corpus, std::size_t first, Ben
                      [&](const FiledPathSet& known) { return known.name == set.name; }))
       into.path_sets.push_back(set);
     for (const Json& backend : json.at("backends"))
-      for (std::size_t e = first; e < into.entries.size(); ++e)
-        if (into.entries[e].engine == backend.at("backend").get<std::string>())
-          into.entries[e].paths[set.name] = path_cell_of(backend);
+      entry_of(results, file, backend, first, into).paths[set.name] = path_cell_of(backend);
   }
 }
 
 void add_entries(const Json& results, const std::string& file, const Corpus& corpus, BenchResults& into) {
   const std::size_t first = into.entries.size();
-  for (const Json& backend : results.at("backends")) {
-    Entry& entry = into.entries.emplace_back();
-    entry.engine = backend.at("name");
-    entry.description = backend.at("description");
-    entry.file = std::filesystem::path(file).filename().string();
-    entry.machine = results.at("machine").at("cpu").get<std::string>();
-  }
+  for (const Json& backend : results.at("backends"))
+    add_entry(results, file, backend.at("name"), backend.at("description"), into);
   for (const Json& set : results.at("pair_sets")) {
     const std::string name = set.at("name");
     if (!has_set(corpus, name)) continue;  // somebody's own pairs, measured in the same run
@@ -104,7 +117,7 @@ void add_entries(const Json& results, const std::string& file, const Corpus& cor
       }
     }
   }
-  if (results.contains("path_sets")) add_paths(results, corpus, first, into);
+  if (results.contains("path_sets")) add_paths(results, file, corpus, first, into);
 }
 
 }  // namespace

@@ -142,7 +142,8 @@ std::string plots(const BenchResults& results, const std::vector<Entry>& newest,
 std::string history(const BenchResults& results) {
   HtmlTable rows({"engine", "version", "file", "overlap", "distance", "manifold", "worst distance over S"});
   std::set<std::string> names;
-  for (const Entry& entry : results.entries) names.insert(entry.engine);
+  for (const Entry& entry : results.entries)
+    if (!entry.sets.empty()) names.insert(entry.engine);
   for (const std::string& name : names) {
     for (const Entry& entry : results.entries) {
       if (entry.engine != name) continue;
@@ -187,7 +188,8 @@ std::string origins(const BenchResults& results, const Corpus& corpus) {
 std::string index_page(const BenchResults& results, const Corpus& corpus) {
   const std::vector<Entry> newest = results.newest();
   std::vector<std::string> marks;
-  for (const Entry& entry : newest) marks.push_back(entry.engine);
+  for (const Entry& entry : newest)
+    if (!entry.sets.empty()) marks.push_back(entry.engine);
   std::string body = fmt::format(
       "<p>Contact checks on the same pairs of convex solids, judged by an exact one. A cell says what was "
       "wrong, "

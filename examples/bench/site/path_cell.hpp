@@ -18,13 +18,14 @@ struct FiledPath {
 /// One engine's times of impact of one set of paths.
 struct PathCell {
   std::string gap;    ///< why it was not asked; empty: it was
-  std::string check;  ///< proven or sampled
-  std::size_t answered = 0, missed = 0, late = 0, phantom = 0, open = 0, failed = 0, unsupported = 0;
+  std::string check;  ///< proven, sampled or swept
+  std::size_t answered = 0, missed = 0, late = 0, phantom = 0, early = 0, open = 0, failed = 0,
+              unsupported = 0;
   std::size_t pose_right = 0, pose_later = 0, pose_earlier = 0, pose_open = 0;
   FiledPath worst;
   std::vector<FiledPath> wrong_cases;  ///< the dearest first
 
-  std::size_t wrong() const { return missed + late + phantom + failed; }
+  std::size_t wrong() const { return missed + late + phantom + early + failed; }
 };
 
 /// A set of paths itself.

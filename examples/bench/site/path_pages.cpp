@@ -25,16 +25,9 @@ std::string markup(const Entry& entry, const std::string& set) {
                      xml_text(path_cell_name(entry, set)), text);
 }
 
-/// A stop so long before the contact that the cell is red. Results name a set's dearest answer, so that one
-/// is known.
-bool stops_early(const PathCell& cell) {
-  return cell.answered > 0 && cell.worst.reason.empty() && cell.worst.cost_over_scale >= kFar;
-}
-
 std::size_t wrong_of(const Entry& entry) {
   std::size_t wrong = 0;
-  for (const auto& [name, cell] : entry.paths)
-    wrong += cell.wrong() + cell.open + (stops_early(cell) ? 1 : 0);
+  for (const auto& [name, cell] : entry.paths) wrong += cell.wrong() + cell.open;
   return wrong;
 }
 
@@ -50,7 +43,7 @@ std::string first_poses(const Entry& entry) {
     right += cell.pose_right;
     all += cell.pose_right + cell.pose_later + cell.pose_earlier + cell.pose_open;
   }
-  return fmt::format("{} of {}", format_count(right), format_count(all));
+  return all == 0 ? "-" : fmt::format("{} of {}", format_count(right), format_count(all));
 }
 
 std::string sets_table(const BenchResults& results) {
@@ -95,6 +88,11 @@ std::string answer_text(const FiledPath& fault) {
          (fault.reason.empty() ? "" : " (" + fault.reason + ")");
 }
 
+std::string how_asked(const PathCell& cell) {
+  return cell.check == "swept" ? "the engine's own sweep"
+                               : cell.check + " advancement on the engine's answers at poses";
+}
+
 }  // namespace
 
 Grade grade(const PathCell& cell) {
@@ -106,11 +104,9 @@ Grade grade(const PathCell& cell) {
 std::string text_of(const PathCell& cell) {
   if (cell.answered == 0) return "-";
   std::string text;
-  const std::pair<std::size_t, const char*> kinds[] = {{cell.missed, "missed"},
-                                                       {cell.late, "late"},
-                                                       {cell.phantom, "phantom"},
-                                                       {cell.failed, "failed"},
-                                                       {cell.open, "open"}};
+  const std::pair<std::size_t, const char*> kinds[] = {{cell.missed, "missed"},   {cell.late, "late"},
+                                                       {cell.phantom, "phantom"}, {cell.early, "early"},
+                                                       {cell.failed, "failed"},   {cell.open, "open"}};
   for (const auto& [count, name] : kinds)
     if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", format_count(count), name);
   if (!text.empty()) text += fmt::format(" of {}; ", format_count(cell.answered));
@@ -150,10 +146,12 @@ std::string path_section(const BenchResults& results, const std::vector<Entry>& 
     rows.add_markup(row);
   }
   return "<section id='paths'><h2>Paths</h2>\n<p>Where two moving solids are stopped before they meet: by "
-         "conservative advancement on the engine's own separations (proven), or by its verdict at poses "
-         "(sampled). A cell says what was wrong, then the dearest answer over S: how deep the solids are "
-         "where they stop, or how far apart still. A stop that is still 1e-3 S away is early: red, and of a "
-         "set the dearest one is counted. The engine's own sweep is not asked.</p>\n" +
+         "conservative advancement on the engine's own separations (proven), by its verdict at poses "
+         "(sampled), or by a sweep of the engine's own, under a name of its own (swept). A cell says what "
+         "was "
+         "wrong, then the dearest answer over S: how deep the solids are where they stop, or how far apart "
+         "still. A stop that is still 1e-3 S away is early. Paths on which a solid turns are not taken by "
+         "sweeps that know no turning.</p>\n" +
          rows.str() + sets_table(results) + "</section>\n";
 }
 
@@ -185,7 +183,7 @@ std::string path_faults(const Entry& entry, const Corpus& corpus, const CorpusSe
                              {"b", solid_text(shown.solids[1], shown.poses[1])},
                              {"to_a", pose_text(shown.poses[2])},
                              {"to_b", pose_text(shown.poses[3])},
-                             {"check", cell.check},
+                             {"check", how_asked(cell)},
                              {"answer", answer_text(wrong.front())},
                              {"truth", truth_text(truth[index])},
                              {"last", shown.ids.back()},

@@ -13,6 +13,7 @@ std::filesystem::path worker_beside(const std::filesystem::path& program, const 
 Backends build_backends(const std::filesystem::path& program) {
   Backends backends;
   register_all_backends(backends.registry);
+  backends.sweeps = all_sweeps();
   std::vector<Gap>& gaps = backends.gaps;
   for (const BackendSource& source : backend_sources())
     if (source.register_in == nullptr)

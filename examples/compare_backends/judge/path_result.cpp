@@ -69,6 +69,7 @@ void count(const PathFault& fault, PathBackendResult& into) {
   ++(fault.reason == "missed"    ? into.missed
      : fault.reason == "late"    ? into.late
      : fault.reason == "phantom" ? into.phantom
+     : fault.reason == "early"   ? into.early
      : fault.reason == "failed"  ? into.failed
                                  : into.open);
 }
@@ -97,6 +98,7 @@ PathBackendResult judge_paths(const PairSet& set, std::size_t poses, std::span<c
                               std::span<const PairStatus> overlap, const Oracle& oracle) {
   PathBackendResult result;
   result.name = answers.backend;
+  result.sweep = answers.sweep;
   result.why_none = answers.why_none;
   for (std::size_t i = 0; i < truth.size(); ++i) {
     const auto here = poses_truth.subspan(i * poses, poses);
@@ -107,12 +109,15 @@ PathBackendResult judge_paths(const PairSet& set, std::size_t poses, std::span<c
       ++result.unsupported;
       continue;
     }
-    result.check = impact->check;
+    result.check = answers.sweep.empty() ? to_string(impact->check) : "swept";
     PathFault fault = judge_path(paths_of(set, poses, i), truth[i], here, *impact, oracle);
     // A stop on a clear path is one that nothing asked for, unless the solids come as near as the gap.
-    if (fault.reason.empty() && impact->status == ImpactStatus::blocked &&
-        truth[i].path_class == PathClass::clear && fault.cost > answers.gaps[i])
-      fault.reason = "phantom";
+    if (fault.reason.empty() && impact->status == ImpactStatus::blocked) {
+      if (truth[i].path_class == PathClass::clear && fault.cost > answers.gaps[i])
+        fault.reason = "phantom";
+      else if (fault.cost_over_scale >= kEarlyFrom)
+        fault.reason = "early";
+    }
     count(fault, result);
   }
   std::stable_sort(result.faults.begin(), result.faults.end(), [](const PathFault& x, const PathFault& y) {

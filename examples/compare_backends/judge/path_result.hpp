@@ -7,10 +7,13 @@
 
 namespace touchstone::comparison {
 
+/// A stop that is so far from the contact still is early, and wrong [S].
+inline constexpr double kEarlyFrom = 1e-3;
+
 /// What is wrong with an answer about a path.
 struct PathFault {
   std::string id;
-  std::string reason;  ///< missed, late, phantom, open, failed; empty: a cost alone
+  std::string reason;  ///< missed, late, phantom, early, open, failed; empty: a cost alone
   double s = 0;        ///< where the backend says that motion stops; 1: nowhere
   double cost = 0;     ///< [m]: how deep the solids are there, or how far apart; at poses in between, too
   double cost_over_scale = 0;
@@ -19,16 +22,18 @@ struct PathFault {
 /// One backend on one set of paths.
 struct PathBackendResult {
   std::string name;
-  std::string why_none;  ///< why it was not asked for times of impact; empty: it was
-  MotionCheck check = MotionCheck::proven;
+  std::string sweep;             ///< of an engine's own sweep: its description
+  std::string why_none;          ///< why it was not asked for times of impact; empty: it was
+  std::string check = "proven";  ///< proven or sampled (MotionCheck), swept: by the engine's own sweep
   // Times of impact; missed: it goes through, late: it stops in the contact.
-  std::size_t missed = 0, late = 0, phantom = 0, open = 0, failed = 0, unsupported = 0, answered = 0;
+  std::size_t missed = 0, late = 0, phantom = 0, early = 0, open = 0, failed = 0, unsupported = 0,
+              answered = 0;
   PathFault worst;                ///< the dearest of all answers, right ones among them
   std::vector<PathFault> faults;  ///< wrong and open ones, the dearest first, at most kKeptWrongCases
   // The first of the path's poses at which it says contact, beside the exact one.
   std::size_t pose_right = 0, pose_later = 0, pose_earlier = 0, pose_open = 0;
 
-  std::size_t wrong() const { return missed + late + phantom + failed; }
+  std::size_t wrong() const { return missed + late + phantom + early + failed; }
 };
 
 /// All backends on one set of paths.

@@ -12,21 +12,23 @@ Json json(const PathFault& fault) {
 }
 
 Json json(const PathBackendResult& backend) {
-  Json result = {{"backend", backend.name},
-                 {"first_pose",
-                  {{"right", backend.pose_right},
-                   {"later", backend.pose_later},
-                   {"earlier", backend.pose_earlier},
-                   {"open", backend.pose_open}}}};
+  Json result = {{"backend", backend.name}};
+  if (!backend.sweep.empty())
+    result["sweep"] = backend.sweep;
+  else
+    result["first_pose"] = {{"right", backend.pose_right},
+                            {"later", backend.pose_later},
+                            {"earlier", backend.pose_earlier},
+                            {"open", backend.pose_open}};
   if (!backend.why_none.empty()) {
     result["gap"] = backend.why_none;
     return result;
   }
-  result["check"] = to_string(backend.check);
-  result["impacts"] = {
-      {"answered", backend.answered},      {"missed", backend.missed}, {"late", backend.late},
-      {"phantom", backend.phantom},        {"open", backend.open},     {"failed", backend.failed},
-      {"unsupported", backend.unsupported}};
+  result["check"] = backend.check;
+  result["impacts"] = {{"answered", backend.answered}, {"missed", backend.missed},
+                       {"late", backend.late},         {"phantom", backend.phantom},
+                       {"early", backend.early},       {"open", backend.open},
+                       {"failed", backend.failed},     {"unsupported", backend.unsupported}};
   if (backend.answered > 0) result["worst"] = json(backend.worst);
   result["wrong_cases"] = Json::array();
   for (const PathFault& fault : backend.faults) result["wrong_cases"].push_back(json(fault));

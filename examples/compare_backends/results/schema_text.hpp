@@ -80,12 +80,16 @@ inline constexpr SchemaEntry kJsonSchema[] = {
     {"path_sets", "name paths poses meets open unseen backends",
      "paths, of so many cases each: which meet, are not decided, and meet at none of their poses"},
     {"path_sets.backends", "gap check",
-     "why it was not asked; proven: by its separations, sampled: by its verdict at poses"},
-    {"path_sets.backends", "first_pose", "the first of a path's poses that it calls contact"},
+     "why it was not asked; proven: by its separations, sampled: by its verdict at poses, swept: an engine's "
+     "own sweep"},
+    {"path_sets.backends", "sweep", "of an engine's own sweep, which is no backend: one line, with version"},
+    {"path_sets.backends", "first_pose", "the first of a path's poses that it calls contact; not of sweeps"},
     {"first_pose", "right later earlier open", "than the exact one; open: it says neither before"},
     {"path_sets.backends", "impacts", "where motion stops"},
-    {"impacts", "answered missed late phantom open failed unsupported",
-     "missed: it goes through; late: it stops in the contact; phantom: it stops on a clear path"},
+    {"impacts", "answered missed late phantom early open failed unsupported",
+     "missed: it goes through; late: it stops in the contact; phantom: it stops on a clear path; early: 1e-3 "
+     "S "
+     "and more before the contact"},
     {"path_sets.backends", "worst wrong_cases", "the dearest answer; the wrong and open ones that cost most"},
     {"worst, wrong_cases", "path stops_at_s", "s from 0 to 1; cost_m: how deep there, or how far apart"},
     {"root", "broadphases", "one entry a broadphase and swarm"},

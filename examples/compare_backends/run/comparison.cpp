@@ -221,6 +221,17 @@ class Session {
     return here;
   }
 
+  /// The sweeps of the engines of these backends.
+  std::vector<const SweepEntry*> sweeps_of(
+      std::span<const BackendRegistry::NarrowphaseEntry* const> here) const {
+    std::vector<const SweepEntry*> sweeps;
+    for (const SweepEntry& sweep : backends_.sweeps)
+      if (std::any_of(here.begin(), here.end(),
+                      [&](const auto* entry) { return entry->name == sweep.backend; }))
+        sweeps.push_back(&sweep);
+    return sweeps;
+  }
+
   /// Times of impact. @param found what was answered about the set's pairs.
   PathSetResult run_path_set(const Corpus& corpus, const CorpusSet& set, const PairSet& pairs,
                              const SetAnswers& found,
@@ -229,6 +240,7 @@ class Session {
     const PathJudge judge(corpus, set, pairs, found.truth, *oracle_, options_.threads);
     PathSetResult result = judge.begin();
     for (const BackendAnswers& each : found.answers) result.backends.push_back(judge.result_of(each, here));
+    for (const SweepEntry* sweep : sweeps_of(here)) result.backends.push_back(judge.result_of(*sweep));
     return result;
   }
 

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <functional>
 
+#include "touchstone/contact_core/motion/sweep.hpp"
 #include "touchstone/examples/compare_backends/run/report.hpp"
 #include "touchstone/examples/compare_backends/run/workers/worker.hpp"
 #include "touchstone/examples/program/terminal/progress.hpp"
@@ -14,6 +15,7 @@ class ShardAnswers;
 /// Where answers can come from.
 struct Backends {
   BackendRegistry registry;
+  std::vector<SweepEntry> sweeps;  ///< each is asked where the backend that it names is
   std::vector<Worker> workers;
   std::vector<Gap> gaps;
 };

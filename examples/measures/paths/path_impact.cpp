@@ -1,5 +1,8 @@
 #include "touchstone/examples/measures/paths/path_impact.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/motion/kept_gap.hpp"
 #include "touchstone/contact_core/native/native.hpp"
@@ -29,6 +32,32 @@ void ask(Narrowphase& narrowphase, std::span<const SolidPaths> paths, std::span<
   }
 }
 
+std::vector<SolidPaths> all_paths(const PairSet& set, std::size_t poses) {
+  std::vector<SolidPaths> paths;
+  for (std::size_t i = 0; i * poses < set.pairs.size(); ++i) paths.push_back(paths_of(set, poses, i));
+  return paths;
+}
+
+bool follows(const Sweep& sweep, const SolidPaths& paths) {
+  return std::all_of(paths.ways.begin(), paths.ways.end(),
+                     [&](const RigidPath& way) { return turn_of(way) <= sweep.most_turn(); });
+}
+
+/// What a sweep says, as find_impact() would.
+Impact ask_sweep(Sweep& sweep) {
+  Impact impact;
+  impact.status = ImpactStatus::failed;
+  impact.lo = 0.0;
+  try {
+    const std::optional<double> s = sweep.impact();
+    if (s && !std::isfinite(*s)) return impact;
+    impact.status = s ? ImpactStatus::blocked : ImpactStatus::clear;
+    impact.lo = impact.hi = s ? std::clamp(*s, 0.0, 1.0) : 1.0;
+  } catch (const std::exception&) {  // the engine gave up
+  }
+  return impact;
+}
+
 }  // namespace
 
 PosedPair posed_at(const SolidPaths& paths, double s) {
@@ -54,8 +83,7 @@ GapRule gap_rule(const Narrowphase& narrowphase, double scale) {
 
 PathAnswers run_paths(const BackendRegistry::NarrowphaseEntry& backend, const PairSet& set,
                       std::size_t poses) {
-  std::vector<SolidPaths> paths;
-  for (std::size_t i = 0; i * poses < set.pairs.size(); ++i) paths.push_back(paths_of(set, poses, i));
+  const std::vector<SolidPaths> paths = all_paths(set, poses);
   PathAnswers answers;
   answers.backend = backend.name;
   answers.impacts.resize(paths.size());
@@ -73,6 +101,25 @@ PathAnswers run_paths(const BackendRegistry::NarrowphaseEntry& backend, const Pa
       } catch (const InputError&) {
         continue;
       }
+    }
+  }
+  return answers;
+}
+
+PathAnswers run_sweep(const SweepEntry& entry, const PairSet& set, std::size_t poses) {
+  PathAnswers answers;
+  answers.backend = entry.name;
+  answers.sweep = entry.description;
+  const std::unique_ptr<Sweep> sweep = entry.make();
+  for (const SolidPaths& each : all_paths(set, poses)) {
+    answers.gaps.push_back(kPathGap);
+    std::optional<Impact>& impact = answers.impacts.emplace_back();
+    if (!follows(*sweep, each)) continue;
+    try {
+      sweep->set(each.solids[0], each.ways[0], each.solids[1], each.ways[1]);
+      impact = ask_sweep(*sweep);
+    } catch (const InputError&) {
+      continue;
     }
   }
   return answers;

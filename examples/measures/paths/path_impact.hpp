@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "touchstone/contact_core/motion/narrowphase_query.hpp"
+#include "touchstone/contact_core/motion/sweep.hpp"
 #include "touchstone/contact_core/registry.hpp"
 #include "touchstone/examples/measures/paths/path_set.hpp"
 
@@ -16,10 +17,11 @@ PosedPair posed_at(const SolidPaths& paths, double s);
 Impact impact_of(const SolidPaths& paths, const GapRule& rule, NarrowphaseQuery& query, SolidIndex first = 0);
 
 /// A backend's times of impact, as contact worlds find them (find_impact()): by its own separations, or, of
-/// one without them, by its verdict at poses that native's separations choose.
+/// one without them, by its verdict at poses that native's separations choose. Or those of an engine's sweep.
 struct PathAnswers {
   std::string backend;
-  std::vector<std::optional<Impact>> impacts;  ///< one a path; none: it refuses a solid
+  std::string sweep;                           ///< the sweep's description; empty: a backend's answers
+  std::vector<std::optional<Impact>> impacts;  ///< one a path; none: it refuses a solid, or turns less far
   std::vector<double> gaps;                    ///< that motion keeps on each path [m]
   std::string why_none;                        ///< why no path was asked about; empty: all were
 };
@@ -32,5 +34,7 @@ GapRule gap_rule(const Narrowphase& narrowphase, double scale);
 
 PathAnswers run_paths(const BackendRegistry::NarrowphaseEntry& backend, const PairSet& set,
                       std::size_t poses);
+/// Where an engine's sweep stops; nobody says which gap it keeps, so that it is held to kPathGap.
+PathAnswers run_sweep(const SweepEntry& sweep, const PairSet& set, std::size_t poses);
 
 }  // namespace touchstone::comparison

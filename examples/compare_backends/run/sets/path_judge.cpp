@@ -30,4 +30,8 @@ PathBackendResult PathJudge::result_of(const BackendAnswers& answers,
                      answers.queries[index_of(QueryKind::overlap)].status, oracle_);
 }
 
+PathBackendResult PathJudge::result_of(const SweepEntry& sweep) const {
+  return judge_paths(pairs_, poses_, truth_, poses_truth_, run_sweep(sweep, pairs_, poses_), {}, oracle_);
+}
+
 }  // namespace touchstone::comparison

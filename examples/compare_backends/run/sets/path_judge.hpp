@@ -17,6 +17,7 @@ class PathJudge {
   /// @param answers about the set's pairs. @param here the backends of this process: others are not asked.
   PathBackendResult result_of(const BackendAnswers& answers,
                               std::span<const BackendRegistry::NarrowphaseEntry* const> here) const;
+  PathBackendResult result_of(const SweepEntry& sweep) const;
 
  private:
   const PairSet& pairs_;
