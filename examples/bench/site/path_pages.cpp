@@ -150,8 +150,8 @@ std::string path_section(const BenchResults& results, const std::vector<Entry>& 
          "(sampled), or by a sweep of the engine's own, under a name of its own (swept). A cell says what "
          "was "
          "wrong, then the dearest answer over S: how deep the solids are where they stop, or how far apart "
-         "still. A stop that is still 1e-3 S away is early. Paths on which a solid turns are not taken by "
-         "sweeps that know no turning.</p>\n" +
+         "still. A stop that is still 1e-3 S away is early. Sweeps are not asked about paths that turn "
+         "further than they follow.</p>\n" +
          rows.str() + sets_table(results) + "</section>\n";
 }
 
