@@ -12,7 +12,8 @@
 //  3. integers: multiplying an axis by a power of two leaves the sign alone, so the coordinates of each axis
 //     are made integers on that axis's own lowest bit. When highest and lowest bit of every axis are at most
 //     125 bits apart, the determinant is formed in 192 bits (differences below 2^61) or 384 bits; otherwise
-//     in BigInteger.
+//     in BigInteger. DirectionSigns forms u x v once, and of each point p_i at most once the height (u x v) .
+//     (p_i - p_0), of the same bits as a determinant: det[u v p_j - p_i] has the sign of a difference of two.
 // Floating-point expansions (Shewchuk 1997) would take the place of 3 for ordinary exponents, but not for all
 // doubles; the integers do, and need no second path.
 //
@@ -90,14 +91,14 @@ WideExponent wide_difference(double q, double p) {
   return out;
 }
 
-using WideVector = std::array<WideExponent, 3>;
+using ScaledVector = std::array<WideExponent, 3>;
 
 /// Sign of det[a b c]: -1, 0 or +1 when certain, otherwise kUncertain. The six terms are scaled by the
 /// largest one's exponent: none overflows, what underflows is below 2^-1074 beside a permanent of at least
 /// 1/8. Roundings: 3 (differences), 2 (products), 5 (sums); 16 u of the permanent covers them as above.
 constexpr int kUncertain = 2;
 
-int wide_filtered_sign(const WideVector& a, const WideVector& b, const WideVector& c) {
+int wide_filtered_sign(const ScaledVector& a, const ScaledVector& b, const ScaledVector& c) {
   std::array<WideExponent, 6> terms;
   int largest = std::numeric_limits<int>::min();
   for (int k = 0; k < 6; ++k) {
@@ -129,21 +130,24 @@ void strip_common_zeros(IntegerVector& a, IntegerVector& b, IntegerVector& c) {
 
 }  // namespace
 
-int DifferenceDeterminant::unfiltered_sign(Difference u, Difference v, Difference w,
-                                           const FilteredDeterminant& det) noexcept {
+int DifferenceDeterminant::wide_filter(Difference u, Difference v, Difference w,
+                                       const FilteredDeterminant& det) const noexcept {
   // Coincident points need no arithmetic.
   if (is_zero(u) || is_zero(v) || is_zero(w)) return 0;
   const bool ordinary = det.absolute_error < det.relative_error && det.relative_error < 0x1p1000;
-  if (!ordinary) {
-    const auto wide = [&](Difference d) {
-      const Vector3 &p = points_[d.p], &q = points_[d.q];
-      return WideVector{wide_difference(q.x(), p.x()), wide_difference(q.y(), p.y()),
+  if (ordinary) return kUncertain;
+  const auto scaled = [&](Difference d) {
+    const Vector3 &p = points_[d.p], &q = points_[d.q];
+    return ScaledVector{wide_difference(q.x(), p.x()), wide_difference(q.y(), p.y()),
                         wide_difference(q.z(), p.z())};
-    };
-    const int sign = wide_filtered_sign(wide(u), wide(v), wide(w));
-    if (sign != kUncertain) return sign;
-  }
-  return exact_sign(u, v, w);
+  };
+  return wide_filtered_sign(scaled(u), scaled(v), scaled(w));
+}
+
+int DifferenceDeterminant::unfiltered_sign(Difference u, Difference v, Difference w,
+                                           const FilteredDeterminant& det) noexcept {
+  const int sign = wide_filter(u, v, w, det);
+  return sign != kUncertain ? sign : exact_sign(u, v, w);
 }
 
 void DifferenceDeterminant::prepare_integers() noexcept {
@@ -170,6 +174,27 @@ void DifferenceDeterminant::prepare_integers() noexcept {
                           : c.sign * (static_cast<Int128>(c.mantissa) << (c.exponent - unit_exponent_[axis]));
     }
   }
+  take_differences();
+}
+
+void DifferenceDeterminant::take_differences() noexcept {
+  const IntegerVector first = integers_[0];
+  std::array<std::uint64_t, 3> low_bits{};
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    for (int axis = 0; axis < 3; ++axis) {
+      integers_[i][axis] -= first[axis];
+      low_bits[axis] |= static_cast<std::uint64_t>(integers_[i][axis]);
+    }
+  }
+  // Dividing an axis by a power of two leaves the sign alone.
+  are_narrow_ = true;
+  for (int axis = 0; axis < 3; ++axis) {
+    const int zeros = low_bits[axis] != 0 ? std::countr_zero(low_bits[axis]) : 63;
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      const Int128 c = integers_[i][axis] >>= zeros;
+      are_narrow_ = are_narrow_ && is_narrow(2 * c);
+    }
+  }
 }
 
 IntegerVector DifferenceDeterminant::integer_difference(Difference u) const {
@@ -184,6 +209,41 @@ int DifferenceDeterminant::exact_sign(Difference u, Difference v, Difference w) 
   if (!(is_narrow(a) && is_narrow(b) && is_narrow(c))) strip_common_zeros(a, b, c);
   return is_narrow(a) && is_narrow(b) && is_narrow(c) ? narrow_determinant_sign(a, b, c)
                                                       : wide_determinant_sign(a, b, c);
+}
+
+int DirectionSigns::unfiltered_sign(Difference w, const FilteredDeterminant& det) noexcept {
+  const int sign = determinant_.wide_filter(u_, v_, w, det);
+  if (sign != kUncertain) return sign;
+  if (!is_ready_) prepare_direction();
+  if (!determinant_.integers_fit_) return determinant_.exact_sign_any_span(u_, v_, w);
+  return compare<6>(height(w.q), height(w.p));
+}
+
+void DirectionSigns::prepare_direction() noexcept {
+  is_ready_ = true;
+  if (!determinant_.integers_ready_) determinant_.prepare_integers();
+  if (!determinant_.integers_fit_) return;
+  const IntegerVector u = determinant_.integer_difference(u_), v = determinant_.integer_difference(v_);
+  if (determinant_.are_narrow_)
+    narrow_ = narrow_cross(u, v);
+  else
+    wide_ = wide_cross(u, v);
+}
+
+const DirectionSigns::Height& DirectionSigns::height(int point) noexcept {
+  Height& out = heights_[point];
+  if ((known_ >> point & 1) != 0) return out;
+  known_ |= 1u << point;
+  const IntegerVector& from_first = determinant_.integers_[point];
+  if (!determinant_.are_narrow_) return out = wide_dot(from_first, wide_);
+  const Int192 narrow = narrow_dot(from_first, narrow_);
+  const std::uint64_t sign = narrow.high < 0 ? ~std::uint64_t{0} : 0;
+  return out = {narrow.low,
+                static_cast<std::uint64_t>(narrow.high),
+                static_cast<std::uint64_t>(narrow.high >> 64),
+                sign,
+                sign,
+                sign};
 }
 
 int DifferenceDeterminant::exact_sign_any_span(Difference u, Difference v, Difference w) const noexcept {
@@ -217,6 +277,7 @@ int DifferenceDeterminant::cross_sign(Difference u, Difference v, int axis) noex
   if (!integers_ready_) prepare_integers();
   if (integers_fit_) {
     const IntegerVector a = integer_difference(u), b = integer_difference(v);
+    if (are_narrow_) return sign_of(a[next] * b[last] - a[last] * b[next]);
     return sign_of<4>(wide_minor(a[next], a[last], b[next], b[last]));
   }
   const auto component = [&](Difference d, int k) {

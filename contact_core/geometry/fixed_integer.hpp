@@ -23,21 +23,42 @@ inline bool is_narrow(const IntegerVector& v) {
   return is_narrow(v[0]) && is_narrow(v[1]) && is_narrow(v[2]);
 }
 
-/// Sign of det[a b c]. @pre is_narrow() all.
-/// A product is below 2^122, a minor m below 2^123. With m = high * 2^64 + low, 0 <= low < 2^64, the sum of a
-/// * low is below 3 * 2^125 and that of a * high below 3 * 2^120: both fit.
-inline int narrow_determinant_sign(const IntegerVector& a, const IntegerVector& b, const IntegerVector& c) {
-  Int128 high = 0, low = 0;
+/// b x c. @pre is_narrow() both: products are below 2^122, so components below 2^123.
+inline IntegerVector narrow_cross(const IntegerVector& b, const IntegerVector& c) {
+  IntegerVector out;
   for (int axis = 0; axis < 3; ++axis) {
     const int next = axis == 2 ? 0 : axis + 1, last = axis == 0 ? 2 : axis - 1;
-    const auto component = [](Int128 x) { return static_cast<std::int64_t>(x); };
-    const Int128 minor = static_cast<Int128>(component(b[next])) * component(c[last]) -
-                         static_cast<Int128>(component(b[last])) * component(c[next]);
-    high += static_cast<Int128>(component(a[axis])) * static_cast<std::int64_t>(minor >> 64);
-    low += static_cast<Int128>(component(a[axis])) * static_cast<std::uint64_t>(minor);
+    const auto product = [](Int128 x, Int128 y) {
+      return static_cast<Int128>(static_cast<std::int64_t>(x)) * static_cast<std::int64_t>(y);
+    };
+    out[axis] = product(b[next], c[last]) - product(b[last], c[next]);
   }
-  high += low >> 64;
-  return high != 0 ? sign_of(high) : static_cast<std::uint64_t>(low) != 0 ? 1 : 0;
+  return out;
+}
+
+/// high * 2^64 + low.
+struct Int192 {
+  Int128 high;
+  std::uint64_t low;
+};
+
+/// a . n. @pre is_narrow(a), components m of n below 2^123.
+/// With m = high * 2^64 + low, 0 <= low < 2^64, the sum of a * low is below 3 * 2^125 and that of a * high
+/// below 3 * 2^120: both fit.
+inline Int192 narrow_dot(const IntegerVector& a, const IntegerVector& n) {
+  Int128 high = 0, low = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto component = static_cast<std::int64_t>(a[axis]);
+    high += static_cast<Int128>(component) * static_cast<std::int64_t>(n[axis] >> 64);
+    low += static_cast<Int128>(component) * static_cast<std::uint64_t>(n[axis]);
+  }
+  return {high + (low >> 64), static_cast<std::uint64_t>(low)};
+}
+
+/// Sign of det[a b c]. @pre is_narrow() all.
+inline int narrow_determinant_sign(const IntegerVector& a, const IntegerVector& b, const IntegerVector& c) {
+  const Int192 det = narrow_dot(a, narrow_cross(b, c));
+  return det.high != 0 ? sign_of(det.high) : det.low != 0 ? 1 : 0;
 }
 
 /// A two's complement integer of N 64-bit limbs, least significant first.
@@ -97,19 +118,46 @@ int sign_of(const Limbs<N>& value) {
   return 0;
 }
 
-/// Sign of det[a b c]. @pre magnitudes below 2^126: the determinant is below 3 * 2^379, and 384 bits hold it.
-inline int wide_determinant_sign(const IntegerVector& a, const IntegerVector& b, const IntegerVector& c) {
-  Limbs<6> det{};
+/// Sign of a - b.
+template <int N>
+int compare(const Limbs<N>& a, const Limbs<N>& b) {
+  const auto a_top = static_cast<std::int64_t>(a[N - 1]), b_top = static_cast<std::int64_t>(b[N - 1]);
+  if (a_top != b_top) return a_top > b_top ? 1 : -1;
+  for (int i = N - 2; i >= 0; --i)
+    if (a[i] != b[i]) return a[i] > b[i] ? 1 : -1;
+  return 0;
+}
+
+/// A vector of integers below 2^253, as magnitudes and signs.
+struct WideVector {
+  std::array<Limbs<4>, 3> magnitude;
+  std::array<bool, 3> negative;
+};
+
+/// b x c. @pre magnitudes below 2^126.
+inline WideVector wide_cross(const IntegerVector& b, const IntegerVector& c) {
+  WideVector out{};
   for (int axis = 0; axis < 3; ++axis) {
     const int next = axis == 2 ? 0 : axis + 1, last = axis == 0 ? 2 : axis - 1;
     const Limbs<4> minor = wide_minor(b[next], b[last], c[next], c[last]);
-    const bool negative = is_negative<4>(minor);
-    Limbs<4> minor_magnitude{};
-    accumulate<4>(minor_magnitude, minor, negative);
-    accumulate<6>(det, unsigned_product<4, 2>(minor_magnitude, magnitude(a[axis])),
-                  negative != (a[axis] < 0));
+    out.negative[axis] = is_negative<4>(minor);
+    accumulate<4>(out.magnitude[axis], minor, out.negative[axis]);
   }
-  return sign_of<6>(det);
+  return out;
+}
+
+/// a . n. @pre magnitudes of a below 2^126: the sum is below 3 * 2^379, and 384 bits hold it.
+inline Limbs<6> wide_dot(const IntegerVector& a, const WideVector& n) {
+  Limbs<6> out{};
+  for (int axis = 0; axis < 3; ++axis)
+    accumulate<6>(out, unsigned_product<4, 2>(n.magnitude[axis], magnitude(a[axis])),
+                  n.negative[axis] != (a[axis] < 0));
+  return out;
+}
+
+/// Sign of det[a b c]. @pre magnitudes below 2^126.
+inline int wide_determinant_sign(const IntegerVector& a, const IntegerVector& b, const IntegerVector& c) {
+  return sign_of<6>(wide_dot(a, wide_cross(b, c)));
 }
 
 }  // namespace touchstone::numerics

@@ -16,20 +16,17 @@ using Difference = VertexHull::Difference;
 using Direction = ProjectionFilter::Direction;
 using Projections = ProjectionFilter::Projections;
 
-// Points 0-7 are A's, 8-15 B's.
-constexpr int kFirstOfB = 8;
+constexpr int kFirstOfB = ExactPair::kFirstOfB;
 
 // The sides of u x v on which B may be sought.
 enum Sides : unsigned { kAlong = 1, kAgainst = 2, kBoth = 3 };
 
 /// The data of one pair that every step needs.
 struct Pair {
-  std::array<Vector3, 16> points;
-  DifferenceDeterminant determinant{points};
-  ProjectionFilter filter{points};
+  DifferenceDeterminant& determinant;
+  ProjectionFilter filter;
 
-  explicit Pair(const std::array<Vector3, 16>& p) : points(p) {}
-  Pair(const Pair&) = delete;
+  explicit Pair(ExactPair& exact) : determinant(exact.determinant), filter(exact.points) {}
 };
 
 /// Intervals that do not meet on a coordinate axis: comparisons of doubles are exact.
@@ -51,17 +48,16 @@ bool share_a_vertex(const WorldVertices& a, const WorldVertices& b) {
 
 /// True if every b_j - a_i is strictly on the `side` (+1 or -1) of u x v: exact arithmetic for what the
 /// projections leave open, least difference first.
-bool separates_exactly(Pair& pair, Difference u, Difference v, const Projections& projections, int side) {
+bool separates_exactly(DirectionSigns& signs, const Projections& projections, int side) {
   std::array<double, 16> along;
   for (int i = 0; i < 16; ++i) along[i] = side * projections.along[i];
   const auto highest_a = std::max_element(along.begin(), along.begin() + kFirstOfB) - along.begin();
   const auto lowest_b = std::min_element(along.begin() + kFirstOfB, along.end()) - along.begin();
-  if (pair.determinant.sign(u, v, {static_cast<int>(highest_a), static_cast<int>(lowest_b)}) != side)
-    return false;
+  if (signs.sign({static_cast<int>(highest_a), static_cast<int>(lowest_b)}) != side) return false;
   for (int i = 0; i < kFirstOfB; ++i) {
     for (int j = kFirstOfB; j < 16; ++j) {
       if (along[j] - along[i] > projections.error) continue;
-      if (pair.determinant.sign(u, v, {i, j}) != side) return false;
+      if (signs.sign({i, j}) != side) return false;
     }
   }
   return true;
@@ -71,8 +67,11 @@ bool separates(Pair& pair, Difference u, Difference v, const Direction& directio
   const Projections p = pair.filter.project(direction);
   const double along = p.low_b - p.high_a, against = p.low_a - p.high_b;
   if (along > p.error || against > p.error) return true;
-  if ((sides & kAlong) != 0 && along >= -p.error && separates_exactly(pair, u, v, p, 1)) return true;
-  return (sides & kAgainst) != 0 && against >= -p.error && separates_exactly(pair, u, v, p, -1);
+  const bool may_along = (sides & kAlong) != 0 && along >= -p.error;
+  const bool may_against = (sides & kAgainst) != 0 && against >= -p.error;
+  if (!may_along && !may_against) return false;
+  DirectionSigns signs(pair.determinant, u, v);
+  return (may_along && separates_exactly(signs, p, 1)) || (may_against && separates_exactly(signs, p, -1));
 }
 
 using FacetDirections = std::array<Direction, 12>;
@@ -171,12 +170,10 @@ bool edge_pair_separates(Pair& pair, const VertexHull& a, const FacetDirections&
 //    non-negative combination of the two facets' outward normals and perpendicular to the other edge.
 // All of these are tried. When D has no volume, flat_hulls_intersect() decides. Common vertices and vertices
 // inside the other hull only end the search early.
-bool hulls_intersect(const WorldVertices& a, const WorldVertices& b) noexcept {
-  if (apart_on_an_axis(a, b)) return false;
-  if (share_a_vertex(a, b)) return true;
-  std::array<Vector3, 16> points;
-  for (int i = 0; i < 8; ++i) points[i] = a.vertex(i), points[kFirstOfB + i] = b.vertex(i);
-  Pair pair(points);
+bool hulls_intersect(ExactPair& exact) noexcept {
+  if (apart_on_an_axis(exact.a, exact.b)) return false;
+  if (share_a_vertex(exact.a, exact.b)) return true;
+  Pair pair(exact);
   const VertexHull hull_a = make_vertex_hull(pair.determinant, 0);
   const VertexHull hull_b = make_vertex_hull(pair.determinant, kFirstOfB);
   if (span_no_volume(pair.determinant, hull_a, hull_b))
@@ -187,6 +184,11 @@ bool hulls_intersect(const WorldVertices& a, const WorldVertices& b) noexcept {
     return false;
   if (contains_a_vertex(pair, hull_a, hull_b) || contains_a_vertex(pair, hull_b, hull_a)) return true;
   return !edge_pair_separates(pair, hull_a, directions_a, hull_b, directions_b);
+}
+
+bool hulls_intersect(const WorldVertices& a, const WorldVertices& b) noexcept {
+  ExactPair pair(a, b);
+  return hulls_intersect(pair);
 }
 
 }  // namespace touchstone::numerics

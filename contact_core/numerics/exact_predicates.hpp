@@ -1,6 +1,7 @@
 #pragma once
 
 #include "touchstone/contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/numerics/exact_pair.hpp"
 
 /// @file
 /// Decided exactly, for every finite double input (denormals to 1e308, mixed freely). No heap, no
@@ -11,5 +12,6 @@ namespace touchstone::numerics {
 /// True when the convex hulls of the two vertex sets have a point in common (closed sets: touching counts).
 /// Any rank is legal: rounding may flatten a hull to a polygon, a segment or a point.
 bool hulls_intersect(const WorldVertices& a, const WorldVertices& b) noexcept;
+bool hulls_intersect(ExactPair& pair) noexcept;
 
 }  // namespace touchstone::numerics

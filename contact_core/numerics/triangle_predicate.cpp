@@ -4,30 +4,52 @@
 #include <optional>
 #include <utility>
 
-#include "touchstone/contact_core/geometry/difference_determinant.hpp"
-
 namespace touchstone::numerics {
 namespace {
 
 using Difference = DifferenceDeterminant::Difference;
 
-// Points 0-7 are A's, 8-15 B's.
-constexpr int kFirstOfB = 8;
+constexpr int kFirstOfB = ExactPair::kFirstOfB;
 
-/// For any four vectors d0 w0 + d1 w1 + d2 w2 + d3 w3 = 0 with d0 = det[w1 w2 w3], d1 = -det[w0 w2 w3], d2 =
-/// det[w0 w1 w3], d3 = -det[w0 w1 w2] (Cramer). Where all d have one sign or are zero, and some are not, the
-/// origin is a convex combination of the w: with w = b - a, one point is a combination of vertices of A and
-/// of B.
-bool holds_origin(DifferenceDeterminant& determinant, const std::array<Difference, 4>& w) {
-  const int d0 = determinant.sign(w[1], w[2], w[3]);
-  const int d1 = -determinant.sign(w[0], w[2], w[3]);
-  if (d0 * d1 < 0) return false;
-  const int d2 = determinant.sign(w[0], w[1], w[3]);
-  if (d0 * d2 < 0 || d1 * d2 < 0) return false;
-  const int d3 = -determinant.sign(w[0], w[1], w[2]);
-  if (d0 * d3 < 0 || d1 * d3 < 0 || d2 * d3 < 0) return false;
-  return d0 != 0 || d1 != 0 || d2 != 0 || d3 != 0;
-}
+/// Whether the origin is in a tetrahedron on a given triangle of W. For any four vectors d0 w0 + d1 w1 + d2
+/// w2
+/// + d3 w3 = 0 with d0 = det[w1 w2 w3], d1 = -det[w0 w2 w3], d2 = det[w0 w1 w3], d3 = -det[w0 w1 w2]
+/// (Cramer). Where all d have one sign or are zero, and some are not, the origin is a convex combination of
+/// the w: with w = b - a, one point is a combination of vertices of A and of B.
+class OriginInTetrahedron {
+ public:
+  OriginInTetrahedron(DifferenceDeterminant& determinant, const std::array<Difference, 3>& w)
+      : w2_(w[2]),
+        across12_(determinant, w[1], w[2]),
+        across02_(determinant, w[0], w[2]),
+        across01_(determinant, w[0], w[1]) {}
+
+  /// @param w3 the fourth vertex.
+  bool with(Difference w3) {
+    const int d0 = across12_.sign(w3);
+    const int d1 = -across02_.sign(w3);
+    if (d0 * d1 < 0) return false;
+    const int d2 = across01_.sign(w3);
+    if (d0 * d2 < 0 || d1 * d2 < 0) return false;
+    if (!d3_) d3_ = -across01_.sign(w2_);
+    const int d3 = *d3_;
+    if (d0 * d3 < 0 || d1 * d3 < 0 || d2 * d3 < 0) return false;
+    return d0 != 0 || d1 != 0 || d2 != 0 || d3 != 0;
+  }
+
+  /// The origin is at an edge of the triangle: with some vertex of W across that edge, it is held.
+  bool with_any() {
+    for (int i = 0; i < kFirstOfB; ++i)
+      for (int j = kFirstOfB; j < 16; ++j)
+        if (with({i, j})) return true;
+    return false;
+  }
+
+ private:
+  Difference w2_;
+  DirectionSigns across12_, across02_, across01_;
+  std::optional<int> d3_;  // det[w0 w1 w2], negated, once asked for
+};
 
 /// u x v is perpendicular to a facet of one solid, whose plane passes through `on`, or to an edge of each, on
 /// the plane through A's.
@@ -59,17 +81,20 @@ Lines lines_between(const std::array<std::uint8_t, 3>& of, int first) {
   return out;
 }
 
-/// Which of eight points are on the plane and beside it, as bits of all sixteen.
+/// Which of eight points are on the plane and beside it, as bits of all sixteen; not all where it has some on
+/// both sides.
 struct Sides {
   unsigned above = 0, below = 0, on = 0;
+
+  bool is_cut() const { return above != 0 && below != 0; }
 };
 
-Sides sides_of(DifferenceDeterminant& determinant, const CandidatePlane& plane, int first) {
+Sides sides_of(DirectionSigns& signs, const CandidatePlane& plane, int first) {
   const unsigned known = 1u << plane.on | 1u << plane.u.q | (plane.v.p == plane.on ? 1u << plane.v.q : 0u);
   Sides out;
-  for (int i = first; i < first + 8; ++i) {
+  for (int i = first; i < first + 8 && !out.is_cut(); ++i) {
     const unsigned bit = 1u << i;
-    const int side = (known & bit) != 0 ? 0 : determinant.sign(plane.u, plane.v, {plane.on, i});
+    const int side = (known & bit) != 0 ? 0 : signs.sign({plane.on, i});
     (side > 0 ? out.above : side < 0 ? out.below : out.on) |= bit;
   }
   return out;
@@ -112,10 +137,11 @@ std::optional<int> injective_axis(DifferenceDeterminant& determinant, const Cand
 }
 
 Certified certify_on(DifferenceDeterminant& determinant, const CandidatePlane& plane) {
-  Sides a = sides_of(determinant, plane, 0);
-  if (a.above != 0 && a.below != 0) return Certified::unknown;
-  Sides b = sides_of(determinant, plane, kFirstOfB);
-  if (b.above != 0 && b.below != 0) return Certified::unknown;
+  DirectionSigns signs(determinant, plane.u, plane.v);
+  const Sides a = sides_of(signs, plane, 0);
+  if (a.is_cut()) return Certified::unknown;
+  const Sides b = sides_of(signs, plane, kFirstOfB);
+  if (b.is_cut()) return Certified::unknown;
   if (b.on == 0 || a.on == 0) {
     // All of one side: apart when the other solid is on the other, or in the plane.
     const bool same_side = (a.above != 0 && b.above != 0) || (a.below != 0 && b.below != 0);
@@ -147,28 +173,17 @@ Difference furthest_inwards(const DifferenceDeterminant& determinant, const std:
   return std::abs(dot(n, d(high) - w0)) > std::abs(dot(n, d(low) - w0)) ? high : low;
 }
 
-/// The origin is at an edge of the triangle: with some vertex of W across that edge, it is held.
-bool holds_origin_with_any(DifferenceDeterminant& determinant, const std::array<Difference, 3>& w) {
-  for (int i = 0; i < kFirstOfB; ++i)
-    for (int j = kFirstOfB; j < 16; ++j)
-      if (holds_origin(determinant, {w[0], w[1], w[2], {i, j}})) return true;
-  return false;
-}
-
 }  // namespace
 
-Certified certify_near(const WorldVertices& a, const WorldVertices& b,
-                       const MinkowskiTriangle& guess) noexcept {
-  std::array<Vector3, 16> points;
-  for (int i = 0; i < 8; ++i) points[i] = a.vertex(i), points[kFirstOfB + i] = b.vertex(i);
-  DifferenceDeterminant determinant(points);
+Certified certify_near(ExactPair& pair, const MinkowskiTriangle& guess) noexcept {
+  DifferenceDeterminant& determinant = pair.determinant;
   std::array<Difference, 3> w;
   for (int k = 0; k < 3; ++k) {
     w[k] = {guess.a[k], kFirstOfB + guess.b[k]};
     if (determinant.is_zero(w[k])) return Certified::overlapping;
   }
-  if (holds_origin(determinant, {w[0], w[1], w[2], furthest_inwards(determinant, w)}))
-    return Certified::overlapping;
+  OriginInTetrahedron origin(determinant, w);
+  if (origin.with(furthest_inwards(determinant, w))) return Certified::overlapping;
   for (const auto& plane : {facet_plane(guess.a, 0), facet_plane(guess.b, kFirstOfB)}) {
     const Certified certified = plane ? certify_on(determinant, *plane) : Certified::unknown;
     if (certified != Certified::unknown) return certified;
@@ -180,7 +195,7 @@ Certified certify_near(const WorldVertices& a, const WorldVertices& b,
       if (certified != Certified::unknown) return certified;
     }
   }
-  return holds_origin_with_any(determinant, w) ? Certified::overlapping : Certified::unknown;
+  return origin.with_any() ? Certified::overlapping : Certified::unknown;
 }
 
 }  // namespace touchstone::numerics

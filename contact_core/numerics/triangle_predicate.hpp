@@ -5,6 +5,7 @@
 
 #include "touchstone/contact_core/geometry/hexahedron.hpp"
 #include "touchstone/contact_core/numerics/certified.hpp"
+#include "touchstone/contact_core/numerics/exact_pair.hpp"
 
 namespace touchstone::numerics {
 
@@ -18,7 +19,6 @@ struct MinkowskiTriangle {
 /// two certificates, each exact: the origin lies in a tetrahedron on the triangle; or all of W lies beyond
 /// the plane of the facets or edges that make the triangle, or touches it there, and then the faces in that
 /// plane decide. Any guess is legal; a bad one leaves the verdict unknown.
-Certified certify_near(const WorldVertices& a, const WorldVertices& b,
-                       const MinkowskiTriangle& guess) noexcept;
+Certified certify_near(ExactPair& pair, const MinkowskiTriangle& guess) noexcept;
 
 }  // namespace touchstone::numerics

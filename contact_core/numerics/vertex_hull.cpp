@@ -17,9 +17,9 @@ struct Sides {
 /// Where the points lie relative to the plane of points i, j, k (local indices).
 Sides sides_of_plane(DifferenceDeterminant& determinant, int first, int i, int j, int k) {
   Sides out;
-  const Difference u{first + i, first + j}, v{first + i, first + k};
+  DirectionSigns signs(determinant, {first + i, first + j}, {first + i, first + k});
   for (int l = 0; l < 8; ++l) {
-    const int side = l == i || l == j || l == k ? 0 : determinant.sign(u, v, {first + i, first + l});
+    const int side = l == i || l == j || l == k ? 0 : signs.sign({first + i, first + l});
     (side > 0 ? out.above : side < 0 ? out.below : out.on) |= static_cast<std::uint8_t>(1 << l);
   }
   return out;
@@ -53,10 +53,10 @@ bool make_hexahedral_facets(DifferenceDeterminant& determinant, VertexHull& hull
     for (int t = 0; t < (fourth == 0 ? 1 : 2); ++t) {
       const auto [i, j, k] = triangles[t];
       const auto on_plane = fourth == 0 ? quad : static_cast<std::uint8_t>(1 << i | 1 << j | 1 << k);
+      DirectionSigns signs(determinant, {first + i, first + j}, {first + i, first + k});
       for (int l = 0; l < 8; ++l) {
         if (quad >> l & 1) continue;  // on the plane, or inside by the choice of the diagonal
-        if (determinant.sign({first + i, first + j}, {first + i, first + k}, {first + i, first + l}) != inner)
-          return false;
+        if (signs.sign({first + i, first + l}) != inner) return false;
       }
       add_facet(hull, i, j, k, inner, on_plane);
     }

@@ -7,6 +7,7 @@
 #include <limits>
 #include <sstream>
 
+#include "touchstone/contact_core/geometry/difference_determinant.hpp"
 #include "touchstone/contact_core/geometry/orientation.hpp"
 #include "touchstone/contact_core/geometry/pose.hpp"
 #include "touchstone/contact_core/numerics/exact_predicates.hpp"
@@ -289,6 +290,43 @@ TEST(Orient3dOracle, SmallGrid) {
     const double least = std::numeric_limits<double>::denorm_min();
     ASSERT_EQ(orient3d_sign(a * least, b * least, c * least, d * least), expected);
   }
+}
+
+/// One direction asked about many points, in any order and again: heights are kept.
+void check_directions(const HullPair& pair, Random& random, int& zeros) {
+  std::array<Vector3, 16> points;
+  for (int i = 0; i < 8; ++i) points[i] = pair.a.vertex(i), points[8 + i] = pair.b.vertex(i);
+  DifferenceDeterminant determinant(points);
+  for (int k = 0; k < 4; ++k) {
+    const auto any = [&] { return random_int(random, 0, 15); };
+    const int a = any(), b = any(), c = any();
+    DirectionSigns signs(determinant, {a, b}, {a, c});
+    for (int n = 0; n < 12; ++n) {
+      const int p = any(), q = any();
+      const int from_a = signs.sign({a, q});
+      ASSERT_EQ(from_a, orient3d_sign_in_integers(points[a], points[b], points[c], points[q])) << text(pair);
+      ASSERT_EQ(signs.sign({p, q}), DifferenceDeterminant(points).sign({a, b}, {a, c}, {p, q})) << text(pair);
+      zeros += from_a == 0 && p != q;
+    }
+  }
+}
+
+TEST(DirectionSignsOracle, TouchingBoxesGridsAndScatteredPoints) {
+  Random random(6);
+  int zeros = 0;
+  for (int i = 0; i < 1500; ++i) {
+    check_directions(rotated_box_pair(random), random, zeros);
+    check_directions(mapped_grid_pair(random, 3, random_int(random, 1, 20)), random, zeros);
+    // Spans about where 64-bit, 128-bit and any integers take over.
+    const int span = std::array{4, 7, 8, 9, 10, 60, 70, 72, 74, 400}[i % 10];
+    check_directions(scattered_pair(random, -span, 0), random, zeros);
+    HullPair grid = grid_pair(random, 3);
+    for (auto* coordinates : {&grid.a.x, &grid.b.y})
+      for (double& c : *coordinates) c = std::ldexp(c, -random_int(random, 0, span));
+    check_directions(grid, random, zeros);
+    if (HasFatalFailure()) return;
+  }
+  EXPECT_GT(zeros, 10000);
 }
 
 }  // namespace

@@ -17,15 +17,22 @@ MinkowskiTriangle random_triangle(Random& random) {
   return out;
 }
 
+Certified certify_near(const HullPair& pair, const MinkowskiTriangle& guess) {
+  ExactPair exact(pair.a, pair.b);
+  return certify_near(exact, guess);
+}
+
 /// Whatever the guess, a settled question is settled right. @return how many guesses settled it.
 int count_settled(const HullPair& pair, int guesses, Random& random) {
   const bool meet = hulls_intersect(pair.a, pair.b);
   int settled = 0;
+  ExactPair exact(pair.a, pair.b);
   for (int i = 0; i < guesses; ++i) {
     const MinkowskiTriangle guess = random_triangle(random);
-    const Certified found = certify_near(pair.a, pair.b, guess);
+    const Certified found = certify_near(exact, guess);
     if (found == Certified::unknown) continue;
     ++settled;
+    EXPECT_EQ(hulls_intersect(exact), meet);  // whatever was asked before
     EXPECT_EQ(found == Certified::overlapping, meet) << "a " << +guess.a[0] << +guess.a[1] << +guess.a[2]
                                                      << " b " << +guess.b[0] << +guess.b[1] << +guess.b[2];
   }
@@ -87,13 +94,13 @@ TEST(PortalPredicate, AFacetsPlaneDecidesFaceContact) {
   const MinkowskiTriangle facet_of_a{{4, 5, 6}, {0, 0, 0}};
   for (const double offset : {0.25, 1.0, -1.0}) {
     const HullPair touching = cubes({1, offset, 0.25});
-    EXPECT_EQ(certify_near(touching.a, touching.b, facet_of_a), Certified::overlapping) << offset;
+    EXPECT_EQ(certify_near(touching, facet_of_a), Certified::overlapping) << offset;
   }
   const HullPair apart = cubes({std::nextafter(1.0, 2.0), 0.25, 0.25});
-  EXPECT_EQ(certify_near(apart.a, apart.b, facet_of_a), Certified::separated);
+  EXPECT_EQ(certify_near(apart, facet_of_a), Certified::separated);
   // In one plane, but beside each other.
   const HullPair beside = cubes({1, 1.5, 0});
-  EXPECT_EQ(certify_near(beside.a, beside.b, facet_of_a), Certified::separated);
+  EXPECT_EQ(certify_near(beside, facet_of_a), Certified::separated);
 }
 
 TEST(PortalPredicate, AVertexOnThePlaneOfTwoEdgesAloneDecidesNothing) {
@@ -102,7 +109,7 @@ TEST(PortalPredicate, AVertexOnThePlaneOfTwoEdgesAloneDecidesNothing) {
   pair.a.z[3] -= 1.0, pair.a.z[7] -= 1.0;
   for (int i = 0; i < 8; ++i)
     if (i != 0) pair.b.z[i] += 1.0;
-  EXPECT_EQ(certify_near(pair.a, pair.b, {{1, 5, 5}, {1, 1, 3}}), Certified::unknown);
+  EXPECT_EQ(certify_near(pair, {{1, 5, 5}, {1, 1, 3}}), Certified::unknown);
   EXPECT_FALSE(hulls_intersect(pair.a, pair.b));
 }
 

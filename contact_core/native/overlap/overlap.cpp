@@ -351,17 +351,18 @@ bool hulls_meet(const PlacedPair& placed, const DepthRecord& depth) {
   Portal portal;
   Certified certified = certify_by_mpr(placed.pair.hulls, portal);
   if (certified != Certified::unknown) return certified == Certified::overlapping;
+  numerics::ExactPair exact(placed.a_W, placed.b_W);
   if (portal.found) {
     if (!has_axis || flush.miss == FlushMiss::rounding) flush = certify_flush_along(placed, portal);
     if (!has_axis && (flush.miss == FlushMiss::rounding || flush.miss == FlushMiss::plane))
       flush = certify_flush_along(placed, best_face_normal(placed.pair));
     if (flush.certified != Certified::unknown) return flush.certified == Certified::overlapping;
-    certified = numerics::certify_near(placed.a_W, placed.b_W, {portal.a, portal.b});
+    certified = numerics::certify_near(exact, {portal.a, portal.b});
     if (certified != Certified::unknown) return certified == Certified::overlapping;
   }
   certified = certify_hulls(placed.pair.hulls, placed.pair.start);
   if (certified != Certified::unknown) return certified == Certified::overlapping;
-  return numerics::hulls_intersect(placed.a_W, placed.b_W);
+  return numerics::hulls_intersect(exact);
 }
 
 void overlap(const SolidSet& set, const Kernels& kernels, std::span<const SolidPair> pairs,
