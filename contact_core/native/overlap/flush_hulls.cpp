@@ -162,13 +162,17 @@ bool all_far_within(const FramedHull& hull, const Vector3& axis, double sign, do
 
 FlushVerdict left_open(FlushMiss miss) { return {Certified::unknown, miss}; }
 
-/// @param axis where separated: along which.
-Certified certify_scaled(const HullPair& scaled, Vector3& axis) {
-  Portal portal;
-  Certified certified = certify_by_mpr(scaled, portal);
-  if (certified == Certified::unknown) certified = certify_hulls(scaled, Vector3::UnitZ(), portal.axis);
-  axis = portal.axis;
-  return certified;
+/// @param portal where separated: the axis; else the last portal, if there was one.
+Certified certify_scaled(const HullPair& scaled, Portal& portal) {
+  const Certified certified = certify_by_mpr(scaled, portal);
+  return certified != Certified::unknown ? certified : certify_hulls(scaled, Vector3::UnitZ(), portal.axis);
+}
+
+/// Of a scaled hull's vertices, as scale_near() writes them: those that they are, or lie below of.
+std::array<std::uint8_t, 3> vertices_near(const FramedHull& hull, const std::array<std::uint8_t, 3>& scaled) {
+  std::array<std::uint8_t, 3> out;
+  for (int k = 0; k < 3; ++k) out[k] = hull.near[std::min(scaled[k] % 4, hull.near_count - 1)];
+  return out;
 }
 
 }  // namespace
@@ -195,17 +199,20 @@ FlushVerdict certify_flush(const WorldVertices& a_W, const WorldVertices& b_W, c
   scale_near(a, a.near[0], scale, 2.0 * reach, scaled.a);
   scale_near(b, b.near[b.near_count - 1], scale, 2.0 * reach, scaled.b);
   scaled.extent = kErrors * reach;
-  Vector3 axis;
-  const Certified certified = certify_scaled(scaled, axis);
+  Portal portal;
+  const Certified certified = certify_scaled(scaled, portal);
   if (certified == Certified::overlapping) return {certified, FlushMiss::none};
   if (certified == Certified::separated) {
+    const Vector3& axis = portal.axis;
     const double high_of_a = support_high(scaled.a, axis).value, low_of_b = support_low(scaled.b, axis).value;
     if (all_far_within(a, axis, 1.0, high_of_a, scale, reach) &&
         all_far_within(b, axis, -1.0, -low_of_b, scale, reach))
       return {certified, FlushMiss::none};
   }
   const bool are_edges = a.near_count <= 2 && b.near_count <= 2;
-  return left_open(are_edges ? FlushMiss::pair : FlushMiss::rounding);
+  FlushVerdict open = left_open(are_edges ? FlushMiss::pair : FlushMiss::rounding);
+  if (portal.found) open.guess = {vertices_near(a, portal.a), vertices_near(b, portal.b)};
+  return open;
 }
 
 }  // namespace touchstone::native

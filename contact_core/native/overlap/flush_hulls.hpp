@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "touchstone/contact_core/native/common/hull_pair.hpp"
 #include "touchstone/contact_core/numerics/certified.hpp"
+#include "touchstone/contact_core/numerics/triangle_predicate.hpp"
 
 namespace touchstone::native {
 
@@ -18,6 +20,8 @@ enum class FlushMiss : std::uint8_t {
 struct FlushVerdict {
   numerics::Certified certified = numerics::Certified::unknown;
   FlushMiss miss = FlushMiss::plane;
+  /// Where it is unknown: a triangle in the plane, right but for what scaled heights leave open.
+  std::optional<numerics::MinkowskiTriangle> guess = std::nullopt;
 };
 
 /// Whether two hulls meet that touch, but for rounding, in a common plane: boxes that lie flush in a turned

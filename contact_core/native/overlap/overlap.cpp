@@ -357,7 +357,8 @@ bool hulls_meet(const PlacedPair& placed, const DepthRecord& depth) {
     if (!has_axis && (flush.miss == FlushMiss::rounding || flush.miss == FlushMiss::plane))
       flush = certify_flush_along(placed, best_face_normal(placed.pair));
     if (flush.certified != Certified::unknown) return flush.certified == Certified::overlapping;
-    certified = numerics::certify_near(exact, {portal.a, portal.b});
+    if (flush.guess) certified = numerics::certify_near(exact, *flush.guess);
+    if (certified == Certified::unknown) certified = numerics::certify_near(exact, {portal.a, portal.b});
     if (certified != Certified::unknown) return certified == Certified::overlapping;
   }
   certified = certify_hulls(placed.pair.hulls, placed.pair.start);

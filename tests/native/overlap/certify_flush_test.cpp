@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 
 #include "touchstone/contact_core/native/overlap/flush_hulls.hpp"
 #include "touchstone/contact_core/numerics/exact_predicates.hpp"
@@ -75,6 +76,27 @@ TEST(CertifyFlush, DecidesFlushPairsAsExactArithmeticDoes) {
       EXPECT_LE(count_unknown(3, Shape::equal_boxes, reach, ulps, 500), 100) << reach << " " << ulps;
     }
   }
+}
+
+TEST(CertifyFlush, GuessesOfPairsLeftOpenAreDecidedExactly) {
+  Random random(7);
+  int open = 0, decided = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const Shape shape = i % 2 == 0 ? Shape::equal_boxes : Shape::frusta;
+    const FlushPair pair = flush_pair(random, shape, 5.0, random.below(3) - 1);
+    const native::FlushVerdict verdict = native::certify_flush(pair.a, pair.b, pair.n_W, pair.p_W);
+    EXPECT_FALSE(verdict.guess && verdict.certified != Certified::unknown);
+    if (!verdict.guess) continue;
+    ++open;
+    numerics::ExactPair exact(pair.a, pair.b);
+    const Certified found = numerics::certify_near(exact, *verdict.guess);
+    if (found == Certified::unknown) continue;
+    ++decided;
+    EXPECT_EQ(found == Certified::overlapping, numerics::hulls_intersect(pair.a, pair.b)) << i;
+  }
+  std::printf("%d of %d decided\n", decided, open);
+  EXPECT_GT(open, 100);
+  EXPECT_GT(decided, 0.7 * open);
 }
 
 TEST(CertifyFlush, GuessesThatAreOffAreUnknownOrRight) {
