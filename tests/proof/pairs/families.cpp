@@ -157,12 +157,43 @@ PosedSolids decoded_pair(Random& random) {
   }
 }
 
-constexpr std::array<Family, 5> kOwn = {{
+/// A box; a third of them with a top a tenth narrower.
+Hexahedron wall_block(Random& random, const Vector3& size) {
+  if (random.below(3) != 0) return Hexahedron::from_size(size);
+  std::array<Vector3, 8> vertices;
+  for (int i = 0; i < 8; ++i) {
+    const double share = i & 1 ? 0.45 : 0.5;
+    vertices[i] = {i & 4 ? share * size.x() : -share * size.x(), i & 2 ? share * size.y() : -share * size.y(),
+                   i & 1 ? 0.5 * size.z() : -0.5 * size.z()};
+  }
+  return Hexahedron::from_vertices(vertices, WarpPolicy::accept);
+}
+
+// The neighbour of a block in a wall, grid, stack or rail of equal ones, across a face, an edge or a corner
+// or half a block aside: touching but for a gap of 0, an ulp or so, 1e-12 or 1e-9 m, or as deep.
+PosedSolids block_pair(Random& random) {
+  Vector3 size = comparison::uniform_vector(random, 0.1, 1);
+  if (random.below(3) == 0) size[random.below(3)] *= 16.0;  // rails
+  const Hexahedron block = wall_block(random, size);
+  const std::uint32_t axis = random.below(3);
+  Vector3 offset;
+  for (int k = 0; k < 3; ++k) offset[k] = 0.5 * (static_cast<int>(random.below(5)) - 2) * size[k];
+  const std::array<double, 4> gaps = {0.0, 0x1p-52, 1e-12, 1e-9};
+  const double gap = gaps[random.below(4)];
+  offset[axis] = size[axis] + random.sign() * gap;
+  const bool is_turned = random.below(2) == 0;
+  const Matrix3 R = is_turned ? random_rotation(random) : Matrix3(Matrix3::Identity());
+  const Vector3 p = comparison::uniform_vector(random, -5, 5);
+  return {block, block, {R, p}, {R, p + rotate(R, offset)}};
+}
+
+constexpr std::array<Family, 6> kOwn = {{
     {"scaled", "any family of the comparison, by 2^-300 to 2^300"},
     {"single_precision", "any family of the comparison, poses rounded to single precision"},
     {"warped", "solids warped by 2^-3 to 2^-50 of their sides, nearby or a vertex next to a face's diagonal"},
     {"slivers", "sheets, needles and ribbons 2^-5 to 2^-60 thick, warped, drawn out, nearly coincident"},
     {"decoded", "random bytes through the fuzzer's decoder"},
+    {"blocks", "neighbours in walls, grids, stacks and rails, aligned and turned, 0 to 1e-9 m apart or deep"},
 }};
 
 std::vector<Family> all_families() {
@@ -194,8 +225,10 @@ PosedSolids make_pair(std::size_t family, std::uint64_t seed, std::uint64_t inde
       return warped_pair(random);
     case 3:
       return sliver_pair(random);
-    default:
+    case 4:
       return decoded_pair(random);
+    default:
+      return block_pair(random);
   }
 }
 

@@ -14,7 +14,8 @@ struct Family {
 };
 
 /// The families of the comparison, then: scaled (any of them by 2^-300 to 2^300), single_precision (any of
-/// them, poses rounded to float), warped, slivers, decoded (random bytes through the fuzzer's decoder).
+/// them, poses rounded to float), warped, slivers, decoded (random bytes through the fuzzer's decoder),
+/// blocks (neighbours in walls, grids, stacks and rails).
 std::span<const Family> families();
 
 /// Pair `index` of a family depends on (family, seed, index) alone and has the same bits on every compiler.
