@@ -13,6 +13,8 @@ namespace touchstone::numerics {
 struct MinkowskiTriangle {
   std::array<std::uint8_t, 3> a;
   std::array<std::uint8_t, 3> b;
+
+  friend bool operator==(const MinkowskiTriangle&, const MinkowskiTriangle&) = default;
 };
 
 /// hulls_intersect() from a good guess: a triangle on W's boundary near the origin. Decides by

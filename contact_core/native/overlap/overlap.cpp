@@ -344,23 +344,30 @@ Certified certify_kinds(const SolidSet& set, const SolidPair& pair, std::span<co
 }
 
 bool hulls_meet(const PlacedPair& placed, const DepthRecord& depth) {
+  // Along the depth's axis, in scaled heights; what these leave open is nearly decided: exactly, then.
   const bool has_axis = depth.known != DepthKnown::nothing;
   FlushVerdict flush;
   if (has_axis) flush = certify_flush_along(placed, Vector3(depth.n[0], depth.n[1], depth.n[2]));
   if (flush.certified != Certified::unknown) return flush.certified == Certified::overlapping;
-  Portal portal;
-  Certified certified = certify_by_mpr(placed.pair.hulls, portal);
-  if (certified != Certified::unknown) return certified == Certified::overlapping;
   numerics::ExactPair exact(placed.a_W, placed.b_W);
+  const auto tried = flush.guess;
+  Certified certified = tried ? numerics::certify_near(exact, *tried) : Certified::unknown;
+  if (certified != Certified::unknown) return certified == Certified::overlapping;
+  // In doubles.
+  Portal portal;
+  certified = certify_by_mpr(placed.pair.hulls, portal);
+  if (certified != Certified::unknown) return certified == Certified::overlapping;
+  // Along other planes, and exactly at their portals.
   if (portal.found) {
     if (!has_axis || flush.miss == FlushMiss::rounding) flush = certify_flush_along(placed, portal);
     if (!has_axis && (flush.miss == FlushMiss::rounding || flush.miss == FlushMiss::plane))
       flush = certify_flush_along(placed, best_face_normal(placed.pair));
     if (flush.certified != Certified::unknown) return flush.certified == Certified::overlapping;
-    if (flush.guess) certified = numerics::certify_near(exact, *flush.guess);
+    if (flush.guess && flush.guess != tried) certified = numerics::certify_near(exact, *flush.guess);
     if (certified == Certified::unknown) certified = numerics::certify_near(exact, {portal.a, portal.b});
     if (certified != Certified::unknown) return certified == Certified::overlapping;
   }
+  // By searching all of W.
   certified = certify_hulls(placed.pair.hulls, placed.pair.start);
   if (certified != Certified::unknown) return certified == Certified::overlapping;
   return numerics::hulls_intersect(exact);
