@@ -1,0 +1,266 @@
+#include "touchstone/tests/benchmarks/pairs/cost_goals.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+#include <span>
+#include <tuple>
+#include <vector>
+
+#include "touchstone/contact_core/native/native.hpp"
+#include "touchstone/tests/benchmarks/pairs/cost_timing.hpp"
+#include "touchstone/tests/benchmarks/pairs/moving_pairs.hpp"
+#include "touchstone/tests/benchmarks/pairs/world_costs.hpp"
+
+namespace touchstone {
+namespace {
+
+constexpr QueryKind kOverlap = QueryKind::overlap, kDistance = QueryKind::distance,
+                    kManifold = QueryKind::manifold;
+constexpr bool kLone = false, kBatch = true;
+
+/// A figure of a row.
+enum class Of { hot, hot_p99, hot_worst, cold, cold_worst };
+
+constexpr std::array<const char*, 5> kNamesOf = {"hot", "hot 99 %", "hot worst", "cold", "cold worst"};
+
+double figure(const RowCosts& costs, Of of) {
+  switch (of) {
+    case Of::hot:
+      return costs.hot.mean;
+    case Of::hot_p99:
+      return costs.hot.p99;
+    case Of::hot_worst:
+      return costs.hot.worst;
+    case Of::cold:
+      return costs.cold.mean;
+    case Of::cold_worst:
+      return costs.cold.worst;
+  }
+  return NAN;
+}
+
+/// Not slower than the fastest of the peers that are right in the whole family.
+constexpr double kFastestPeer = 0.0;
+
+struct Asked {
+  Of of;
+  double ns;
+};
+
+struct Goal {
+  const char* family;
+  QueryKind kind;
+  bool is_batch;
+  std::vector<Asked> asked;
+  const char* reason;  ///< where a figure is missed
+};
+
+constexpr const char* kAhead = "the peer keeps no bound; class and depth are certified before the clip";
+constexpr const char* kAxes = "kernels of the class, the depth and the distance each find the axes anew";
+constexpr const char* kClip = "the certificate of the depth, then the clip of faces";
+constexpr const char* kCold = "cold data; kernels that leave few pairs open come first";
+constexpr const char* kFlush = "within rounding of a common plane: twice the precision, then integers";
+constexpr const char* kHull = "a depth takes 3 000 instructions, pair by pair; cold, a solid has 3.5 kB";
+constexpr const char* kLanes = "two lanes do in four steps what eight do in one";
+constexpr const char* kOpen = "pairs that touch to rounding leave the lanes";
+constexpr const char* kParallel = "edges parallel to rounding take exact products";
+
+/// What is asked of pairs.
+const std::vector<Goal>& pair_goals() {
+  static const std::vector<Asked> kFlushAsked = {
+      {Of::cold, 400}, {Of::hot_p99, 1500}, {Of::hot_worst, 5000}, {Of::cold_worst, 5000}};
+  static const std::vector<Asked> kPeersAsked = {{Of::hot, kFastestPeer}, {Of::cold, kFastestPeer}};
+  static const std::vector<Asked> kClipAsked = {{Of::hot, 90}, {Of::cold, 130}};
+  static const std::vector<Goal> kGoals = {
+      {"wall", kOverlap, kLone, {{Of::hot, 100}}, kAxes},
+      {"wall", kDistance, kLone, {{Of::hot, 100}}, kAxes},
+      {"aligned_tapered", kOverlap, kLone, {{Of::hot, 150}}, kAxes},
+      {"wall_turned", kOverlap, kLone, kFlushAsked, kFlush},
+      {"blocks_turned", kOverlap, kLone, kFlushAsked, kFlush},
+      {"touching", kOverlap, kLone, {{Of::cold, 250}}, kCold},
+      {"touching", kOverlap, kBatch, {{Of::cold, 120}}, kCold},
+      {"far", kDistance, kLone, {{Of::hot, 250}}, kAxes},
+      {"near_parallel", kDistance, kLone, {{Of::hot, 250}}, kParallel},
+      {"resting", kOverlap, kBatch, {{Of::hot, 18}}, kOpen},
+      {"near_1e-7", kOverlap, kBatch, {{Of::hot, 18}}, kOpen},
+      {"slabs_needles", kOverlap, kBatch, {{Of::hot, 18}}, kOpen},
+      {"near_parallel", kOverlap, kBatch, {{Of::hot, 26}}, kOpen},
+      {"random", kManifold, kLone, kPeersAsked, kAhead},
+      {"near_1e-3", kManifold, kLone, kPeersAsked, kAhead},
+      {"near_1e-7", kManifold, kLone, kPeersAsked, kAhead},
+      {"resting", kManifold, kLone, kPeersAsked, kAhead},
+      {"slabs_needles", kManifold, kLone, kPeersAsked, kAhead},
+      {"far", kManifold, kLone, kPeersAsked, kAhead},
+      {"wall", kManifold, kLone, kPeersAsked, kAhead},
+      {"wall_turned", kManifold, kLone, kPeersAsked, kAhead},
+      {"near_parallel", kManifold, kLone, kPeersAsked, kAhead},
+      {"touching", kManifold, kLone, kPeersAsked, kAhead},
+      {"random", kManifold, kBatch, kClipAsked, kClip},
+      {"resting", kManifold, kBatch, kClipAsked, kClip},
+      {"wall", kManifold, kBatch, kClipAsked, kOpen},
+      {"random", kDistance, kLone, {{Of::hot, 120}}, kAxes},
+      {"near_1e-3", kDistance, kLone, {{Of::hot, 120}}, kAxes},
+      {"random", kDistance, kBatch, {{Of::hot, 60}}, kAxes},
+      {"near_1e-3", kDistance, kBatch, {{Of::hot, 60}}, kAxes},
+      {"resting", kDistance, kBatch, {{Of::hot, 35}}, kAxes},
+      {"tapered", kOverlap, kBatch, {{Of::hot, 60}}, kHull},
+      {"tapered", kDistance, kBatch, {{Of::hot, 150}, {Of::cold, 300}}, kHull},
+      {"tapered", kManifold, kBatch, {{Of::hot, 250}, {Of::cold, 500}}, kHull},
+  };
+  return kGoals;
+}
+
+/// And of machines with two lanes: SSE2, arm64.
+const std::vector<Goal>& two_lane_goals() {
+  static const std::vector<Goal> kGoals = {
+      {"resting", kDistance, kLone, {{Of::hot, 350}}, kLanes},
+      {"resting", kManifold, kLone, {{Of::hot, 450}}, kLanes},
+  };
+  return kGoals;
+}
+
+struct Peer {
+  std::string name = "-";
+  double hot = INFINITY, cold = INFINITY;
+};
+
+/// The fastest of the other libraries' checks that have every class of the hot set right.
+class Peers {
+ public:
+  explicit Peers(const BackendRegistry& registry) : registry_(registry) {}
+
+  const Peer& best(const std::string& family, QueryKind kind) {
+    const auto [at, is_new] = best_.try_emplace({family, kind});
+    if (!is_new) return at->second;
+    for (const std::string& name : raw_peers(registry_, kind)) {
+      const RowCosts costs = measure_row(registry_, {family, kind, name});
+      if (costs.wrong != 0 || !(costs.hot.mean < at->second.hot)) continue;
+      at->second = {name, costs.hot.mean, costs.cold.mean};
+    }
+    return at->second;
+  }
+
+ private:
+  const BackendRegistry& registry_;
+  std::map<std::pair<std::string, QueryKind>, Peer> best_;
+};
+
+std::string cell(const Costs& costs, bool is_batch) {
+  std::array<char, 80> out;
+  if (is_batch)
+    std::snprintf(out.data(), out.size(), "%.0f", costs.mean);
+  else
+    std::snprintf(out.data(), out.size(), "%.0f / %.0f / %.0f / %.0f", costs.mean, costs.median, costs.p99,
+                  costs.worst);
+  return out.data();
+}
+
+/// "hot 100, cold 250" and "met", or which are missed and why.
+struct Verdict {
+  std::string asked, verdict;
+};
+
+Verdict judge(const Goal& goal, const RowCosts& costs, const Peer& peer) {
+  Verdict out;
+  std::string missed;
+  for (const Asked& asked : goal.asked) {
+    const std::string of = kNamesOf[static_cast<std::size_t>(asked.of)];
+    const double peers = asked.of == Of::cold ? peer.cold : peer.hot;
+    const double limit = asked.ns != kFastestPeer ? asked.ns : peers;
+    const std::string figure_asked =
+        asked.ns != kFastestPeer ? std::to_string(static_cast<int>(asked.ns)) : std::string("ahead");
+    out.asked += (out.asked.empty() ? "" : ", ") + of + " " + figure_asked;
+    if (!(std::round(figure(costs, asked.of)) <= limit)) missed += (missed.empty() ? "" : ", ") + of;
+  }
+  out.verdict = missed.empty() ? "met" : "missed: " + missed;
+  if (!missed.empty() && *goal.reason != '\0') out.verdict += std::string(" (") + goal.reason + ")";
+  return out;
+}
+
+/// Peers' manifolds tell nothing of pairs that are apart: beside them, native is asked for contacts alone.
+bool is_beside_peers(const Goal& goal) { return goal.asked.front().ns == kFastestPeer; }
+
+void print_pairs(const BackendRegistry& registry, Peers& peers, std::span<const Goal> goals,
+                 const char* calls) {
+  for (const Goal& goal : goals) {
+    const RowCosts costs =
+        measure_row(registry, {goal.family, goal.kind, "native", goal.is_batch, is_beside_peers(goal)});
+    const Peer peer = peers.best(goal.family, goal.kind);
+    const auto [asked, verdict] = judge(goal, costs, peer);
+    std::printf("| `%s` | %s | %s%s | %s | %s | %s | %d |", goal.family,
+                std::string(to_string(goal.kind)).c_str(),
+                goal.is_batch           ? "batch"
+                : is_beside_peers(goal) ? "lone, contacts"
+                                        : "lone",
+                calls, cell(costs.hot, goal.is_batch).c_str(), cell(costs.streamed, goal.is_batch).c_str(),
+                cell(costs.cold, goal.is_batch).c_str(), costs.wrong);
+    if (std::isfinite(peer.hot))
+      std::printf(" `%s` %.0f; %.0f |", peer.name.c_str(), peer.hot, peer.cold);
+    else
+      std::printf(" - |");
+    std::printf(" %s | %s |\n", asked.c_str(), verdict.c_str());
+    std::fflush(stdout);
+  }
+}
+
+void print_moving(const BackendRegistry& registry) {
+  std::printf("\nOverlap of 4 096 pairs in a batch whose solids move by so much a frame [ns a pair]:\n\n");
+  std::printf("| family | a frame | without the pair cache | with it |\n|---|---|---|---|\n");
+  for (const char* const family : {"tapered", "near_1e-3"}) {
+    for (const double step : {0.001, 0.01, 0.1}) {
+      const MovingCost cost = measure_moving_pairs(registry, family, step);
+      std::printf("| `%s` | %.0f mm | %.0f | %.0f |\n", family, 1e3 * step, cost.without_cache,
+                  cost.with_cache);
+    }
+  }
+}
+
+/// Names, libraries and versions.
+void print_peers(const BackendRegistry& registry) {
+  for (const auto& entry : registry.narrowphases())
+    if (entry.make_raw) std::printf("- `%s`: %s\n", entry.name.c_str(), entry.description.c_str());
+  std::printf("\n");
+}
+
+void print_worlds() {
+  std::printf("\n| work | figure | asked | verdict |\n|---|---|---|---|\n");
+  for (const WorldCost& cost : measure_worlds()) {
+    std::printf("| %s | %.3g %s | %.3g %s | %s |\n", cost.work.c_str(), cost.figure, cost.unit, cost.asked,
+                cost.unit, cost.figure <= cost.asked ? "met" : ("missed: " + cost.reason).c_str());
+    std::fflush(stdout);
+  }
+}
+
+/// Runs that part in a process of its own: the choice of kernels, and memory, are a process's.
+void print_apart(const std::string& program, const std::string& part) {
+  std::fflush(stdout);
+  if (std::system((program + " goals " + part).c_str()) != 0) std::printf("%s: not measured\n", part.c_str());
+}
+
+}  // namespace
+
+void print_goals(const BackendRegistry& registry, const std::string& program, const std::string& part) {
+  Peers peers(registry);
+  if (part == "two_lanes") {
+    print_pairs(registry, peers, two_lane_goals(), ", two lanes");
+    return;
+  }
+  if (part == "worlds") {
+    print_worlds();
+    return;
+  }
+  print_peers(registry);
+  std::printf("| family | query | calls | hot [ns] | streamed [ns] | cold [ns] | wrong | ");
+  std::printf("fastest right peer, hot; cold [ns] | asked [ns] | verdict |\n");
+  std::printf("|---|---|---|---|---|---|---|---|---|---|\n");
+  print_pairs(registry, peers, pair_goals(), "");
+  print_apart("TOUCHSTONE_ISA=generic " + program, "two_lanes");
+  print_moving(registry);
+  print_apart(program, "worlds");
+}
+
+}  // namespace touchstone
