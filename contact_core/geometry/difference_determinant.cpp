@@ -152,6 +152,7 @@ int DifferenceDeterminant::unfiltered_sign(Difference u, Difference v, Differenc
 
 void DifferenceDeterminant::prepare_integers() noexcept {
   integers_ready_ = integers_fit_ = true;
+  // Each axis's unit, and whether all coordinates fit on it.
   std::array<std::array<Parts, 3>, kMaxPoints> parts;
   for (int axis = 0; axis < 3; ++axis) {
     int lowest = std::numeric_limits<int>::max(), top = std::numeric_limits<int>::min();
@@ -166,6 +167,7 @@ void DifferenceDeterminant::prepare_integers() noexcept {
     integers_fit_ = integers_fit_ && (all_zero || top - lowest <= kFittingBits);
   }
   if (!integers_fit_) return;
+  // The coordinates in these units.
   for (std::size_t i = 0; i < points_.size(); ++i) {
     for (int axis = 0; axis < 3; ++axis) {
       const Parts& c = parts[i][axis];
