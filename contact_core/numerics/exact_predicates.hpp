@@ -12,6 +12,7 @@ namespace touchstone::numerics {
 /// True when the convex hulls of the two vertex sets have a point in common (closed sets: touching counts).
 /// Any rank is legal: rounding may flatten a hull to a polygon, a segment or a point.
 bool hulls_intersect(const WorldVertices& a, const WorldVertices& b) noexcept;
+/// The same of a pair whose integers other predicates may have made.
 bool hulls_intersect(ExactPair& pair) noexcept;
 
 }  // namespace touchstone::numerics
