@@ -226,6 +226,82 @@ BoxScene other_spot() {
   return scene;
 }
 
+// Scenes that are drawn, for reports: sizes, places, speeds, frictions and masses of which nothing was
+// chosen.
+
+constexpr unsigned kDrawnSeed = 9200, kDrawnScenes = 8;
+
+class Draw {
+ public:
+  explicit Draw(unsigned seed) : random_(seed) {}
+  double operator()(double low, double high) {
+    return low + (high - low) * static_cast<double>(random_()) / 4294967296.0;
+  }
+  int whole(int low, int high) {
+    return low + static_cast<int>(random_() % static_cast<unsigned>(high - low + 1));
+  }
+
+ private:
+  std::mt19937 random_;
+};
+
+BoxScene drawn_scene(const char* what, unsigned number, double seconds, Draw& draw) {
+  BoxScene scene = on_ground("drawn: " + std::string(what) + " " + std::to_string(number),
+                             draw(0, 1) < 0.7 ? 1e-3 : 1.0 / 240, seconds);
+  scene.friction = draw(0.1, 1.0);
+  return scene;
+}
+
+BoxScene drawn_squeeze(bool has_wall, unsigned number) {
+  Draw draw(kDrawnSeed + 100 * (has_wall ? 1 : 0) + number);
+  BoxScene scene = drawn_scene(has_wall ? "pusher" : "jaws", number, 2.0, draw);
+  const double side = draw(0.08, 0.5), speed = draw(0.02, 0.3), gap = draw(1e-4, 3e-3), aside = 0.3 * side;
+  const double z = has_wall ? 0.5 * side : 2.0;
+  if (has_wall)
+    scene.boxes.push_back(slab({0.2, 3, 3}, {0.5 * side + 0.1 + draw(0.001, 0.2), 0, 1.5}));
+  else
+    scene.boxes.push_back(driven({side, side, side},
+                                 {side + gap, draw(-aside, aside), z + draw(-aside, aside)}, {-speed, 0, 0}));
+  scene.boxes.push_back(driven({side, side, side},
+                               {-side - gap, draw(-aside, aside), has_wall ? z : z + draw(-aside, aside)},
+                               {speed, 0, 0}));
+  scene.boxes.push_back(cube({0, 0, z}, side));
+  scene.boxes.back().mass = draw(0.5, 20.0);
+  return scene;
+}
+
+BoxScene drawn_overlap(bool is_spot, unsigned number) {
+  Draw draw(kDrawnSeed + (is_spot ? 300 : 200) + number);
+  BoxScene scene = drawn_scene(is_spot ? "spot" : "deep", number, 3.0, draw);
+  const double side = draw(0.1, 0.4), spread = is_spot ? 0.1 * side : 0.6 * side;
+  const int count = is_spot ? draw.whole(5, 14) : draw.whole(2, 3);
+  for (int i = 0; i < count; ++i) {
+    SceneBox box = cube(
+        {draw(-spread, spread), draw(-spread, spread), (is_spot ? 1.0 : 0.5) * side + draw(0.0, 0.1) * side},
+        side);
+    if (is_spot || number % 2 == 1) box.turn_W = {draw(-0.1, 0.1), draw(-0.1, 0.1), draw(-0.3, 0.3)};
+    scene.boxes.push_back(box);
+  }
+  return scene;
+}
+
+BoxScene drawn_bin(unsigned number) {
+  Draw draw(kDrawnSeed + 400 + number);
+  BoxScene scene = drawn_scene("bin", number, 3.0, draw);
+  const int count = draw.whole(3, 9);
+  add_bin(scene, draw(0.42, 0.7), 4.0);
+  add_loose(scene, count, 1, kDrawnSeed + 500 + number);
+  return scene;
+}
+
+void add_drawn(std::vector<BoxScene>& all) {
+  for (unsigned i = 1; i <= kDrawnScenes; ++i) all.push_back(drawn_squeeze(false, i));
+  for (unsigned i = 1; i <= kDrawnScenes; ++i) all.push_back(drawn_squeeze(true, i));
+  for (unsigned i = 1; i <= kDrawnScenes; ++i) all.push_back(drawn_overlap(false, i));
+  for (unsigned i = 1; i <= kDrawnScenes; ++i) all.push_back(drawn_overlap(true, i));
+  for (unsigned i = 1; i <= kDrawnScenes; ++i) all.push_back(drawn_bin(i));
+}
+
 void add_others(std::vector<BoxScene>& all) {
   all.push_back(other_squeeze(false));
   all.push_back(other_squeeze(true));
@@ -264,6 +340,7 @@ std::vector<BoxScene> box_scenes() {
   all.push_back(spawned_deep());
   all.push_back(in_one_spot());
   add_others(all);
+  add_drawn(all);
   return all;
 }
 

@@ -54,6 +54,8 @@ class BoxEngine {
   virtual BoxMotion motion(std::size_t box) const = 0;
   /// Of steps so far, in the engine's own words; empty: says nothing.
   virtual std::string remarks() const { return {}; }
+  /// Of one step, counted from 0; empty: says nothing.
+  virtual std::string remarks_on(std::size_t) const { return {}; }
 };
 
 std::unique_ptr<BoxEngine> make_own(const BoxScene& scene);

@@ -1,16 +1,20 @@
 // Scenes that are hard for dynamics:
 //
-//     dynamics_scenes_benchmark [PARTS_OF_NAMES [ENGINES [SECONDS [STEPS [REPEATS]]]]]
+//     dynamics_scenes_benchmark [PARTS_OF_NAMES [ENGINES [SECONDS [STEPS [REPEATS [WORST]]]]]]
 //
-// Each scene whose name has one of the parts (separated by '|'; `=NAME`: is NAME) with each engine (own,
+// Each scene whose name has one of the parts (separated by '|'; `=NAME`: is NAME; `drawn:` scenes only where
+// a part is given) with each engine (own,
 // bullet, ode, mujoco; default: all that are built in), each with its own check: processor time of a step
 // (median, 99.9 %, most), the most as a multiple of Bullet's median of that scene, the fastest box at the
 // end, the fastest over the second half, the farthest from where it started (boxes that are to stay), the
 // most that energy rose above the least so far. Cut short at SECONDS of processor time a run (default 60),
 // which is said. STEPS: so many instead of the scene's own. REPEATS: a step's time is the least of so many
 // runs, which leaves out what else the machine did; whether they came to the same bits is said. Each engine
-// has a process of its own: one that ends it is a row of the table.
+// has a process of its own: one that ends it is a row of the table. Of ours the step that took most is
+// described; WORST: the same of so many steps that took most, below the table's row, each with the page
+// faults of its last run.
 
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -21,6 +25,7 @@
 #include <cstring>
 #include <exception>
 #include <functional>
+#include <numeric>
 #include <optional>
 #include <string_view>
 
@@ -62,38 +67,55 @@ struct Row {
   double median = 0.0, late = 0.0, most = 0.0;  ///< [us]
   double speed = 0.0, late_speed = 0.0;         ///< [m/s]
   double drift = 0.0, gained = 0.0;             ///< [m], [J]
-  char engine[16] = "", remarks[256] = "";
+  char engine[16] = "", remarks[512] = "";
 };
 
 struct Limits {
   double seconds = 60.0;
-  int steps = 0, repeats = 1;
+  int steps = 0, repeats = 1, worst = 0;
+};
+
+/// Of this process so far: memory that was touched for the first time.
+long page_faults() {
+  rusage usage;
+  return getrusage(RUSAGE_SELF, &usage) == 0 ? usage.ru_minflt : 0;
+}
+
+/// Of each step: time the least of the runs, page faults those of the last one.
+struct StepCosts {
+  std::vector<double> times;  ///< [us]
+  std::vector<long> faults;
 };
 
 void write_text(const std::string& text, char* to, std::size_t size) {
   std::strncpy(to, text.c_str(), size - 1);
 }
 
-/// One run of the scene from its start. @param times in: of the runs before, or empty; out: the least.
-/// @param is_first else nothing but the times is taken.
-Vector3 run(const BoxScene& scene, BoxEngine& engine, const Limits& limits, std::vector<double>& times,
-            bool is_first, Row& row) {
+/// One run of the scene from its start. @param costs in: of the runs before, or empty; out.
+/// @param is_first else nothing but the costs is taken.
+Vector3 run(const BoxScene& scene, BoxEngine& engine, const Limits& limits, StepCosts& costs, bool is_first,
+            Row& row) {
+  std::vector<double>& times = costs.times;
   const int steps = is_first
                         ? limits.steps > 0 ? limits.steps : static_cast<int>(scene.seconds / scene.step + 0.5)
                         : static_cast<int>(times.size());
   Moment now = moment_of(scene, engine);
   double least = now.energy, spent = 0.0;
   for (int i = 0; i < steps && (!is_first || spent < 1e6 * limits.seconds); ++i) {
+    const long faults_before = page_faults();
     const double start = processor_us();
     engine.step();
     const double time = processor_us() - start;
+    const long faults = page_faults() - faults_before;
     spent += time;
     if (!is_first) {
-      double& known = times[static_cast<std::size_t>(i)];
-      known = std::min(known, time);
+      const auto at = static_cast<std::size_t>(i);
+      times[at] = std::min(times[at], time);
+      costs.faults[at] = faults;
       continue;
     }
     times.push_back(time);
+    costs.faults.push_back(faults);
     now = moment_of(scene, engine);
     row.gained = std::max(row.gained, now.energy - least);
     least = std::min(least, now.energy);
@@ -110,21 +132,40 @@ Vector3 run(const BoxScene& scene, BoxEngine& engine, const Limits& limits, std:
   return engine.motion(scene.boxes.size() - 1).p_W;
 }
 
+/// To row.remarks the step that took most; the `worst` that took most are printed.
+void describe_worst(const StepCosts& costs, const BoxEngine& engine, std::size_t worst, Row& row) {
+  std::vector<std::size_t> order(costs.times.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const std::size_t count = std::min(std::max<std::size_t>(worst, 1), order.size());
+  std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count), order.end(),
+                    [&](std::size_t a, std::size_t b) { return costs.times[a] > costs.times[b]; });
+  for (std::size_t i = 0; i < std::min(worst, count); ++i)
+    std::fprintf(stderr, "%s: %.1f us at %zu, %ld page faults: %s\n", row.engine, costs.times[order[i]],
+                 order[i], costs.faults[order[i]], engine.remarks_on(order[i]).c_str());
+  const std::string on_most = count > 0 ? engine.remarks_on(order.front()) : "";
+  if (!on_most.empty())
+    write_text(std::string(row.remarks) + "; most at step " + std::to_string(order.front()) + ": " + on_most,
+               row.remarks, sizeof(row.remarks));
+}
+
 using MakeEngine = std::function<std::unique_ptr<BoxEngine>(const BoxScene&)>;
 
 /// @return nothing: the engine is not built in.
 std::optional<Row> measure(const BoxScene& scene, const MakeEngine& make, const Limits& limits) {
   Row row;
-  std::vector<double> times;
+  StepCosts costs;
   Vector3 last = Vector3::Zero();
   bool is_same = true;
   for (int repeat = 0; repeat < limits.repeats; ++repeat) {
     const auto engine = make(scene);
     if (!engine) return std::nullopt;
-    const Vector3 p_W = run(scene, *engine, limits, times, repeat == 0, row);
+    const Vector3 p_W = run(scene, *engine, limits, costs, repeat == 0, row);
     is_same = is_same && (repeat == 0 || p_W == last);
     last = p_W;
+    if (repeat + 1 == limits.repeats)
+      describe_worst(costs, *engine, static_cast<std::size_t>(limits.worst), row);
   }
+  std::vector<double>& times = costs.times;
   std::sort(times.begin(), times.end());
   row.median = quantile(times, 0.5), row.late = quantile(times, 0.999), row.most = times.back();
   if (!is_same)
@@ -221,12 +262,14 @@ int main(int argc, char** argv) {
   if (argc > 3) limits.seconds = std::atof(argv[3]);
   if (argc > 4) limits.steps = std::atoi(argv[4]);
   if (argc > 5) limits.repeats = std::max(1, std::atoi(argv[5]));
+  if (argc > 6) limits.worst = std::max(0, std::atoi(argv[6]));
   std::printf(
       "| scene | engine | median [us] | 99.9 %% | most | most over Bullet's median | at the end [m/s] | "
       "second "
       "half | drift [m] | gained [J] | |\n|---|---|---|---|---|---|---|---|---|---|---|\n");
   std::fflush(stdout);
   for (const BoxScene& scene : box_scenes())
-    if (has_any(scene.name, parts)) compare(scene, engines, limits);
+    if (has_any(scene.name, parts) && !(parts.empty() && scene.name.starts_with("drawn:")))
+      compare(scene, engines, limits);
   return 0;
 }

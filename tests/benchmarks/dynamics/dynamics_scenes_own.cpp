@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cstdio>
+#include <span>
 
 #include "touchstone/contact_core/geometry/matrix3.hpp"
 #include "touchstone/contact_core/registry.hpp"
@@ -13,6 +14,8 @@ using physics::DynamicsWorld;
 using physics::Mover;
 
 constexpr double kMargin = 1e-3;  // [m]
+// Fewer boxes may be in one heap, of which all meet all.
+constexpr std::size_t kFew = 100;
 
 class Own final : public BoxEngine {
  public:
@@ -27,13 +30,16 @@ class Own final : public BoxEngine {
     trees_.reserve(scene.boxes.size());
     for (const SceneBox& box : scene.boxes) add(box, scene.friction);
     contacts_->build();
-    const std::size_t room = 16 * scene.boxes.size();
+    const std::size_t room = (scene.boxes.size() < kFew ? 48 : 16) * scene.boxes.size();
     contacts_->reserve(room, room);
     world_->reserve(room);
+    log_.reserve(kMostLogged);
   }
   const char* name() const override { return "own"; }
   void step() override {
-    const auto report = world_->step(step_, contacts_->find(*world_, step_));
+    const std::span<const physics::Contact> contacts = contacts_->find(*world_, step_);
+    const auto report = world_->step(step_, contacts);
+    if (log_.size() < log_.capacity()) log_.push_back({report, static_cast<std::uint32_t>(contacts.size())});
     solves_ += report.solves;
     unconverged_ += report.unconverged;
     contradictory_ += report.contradictory;
@@ -50,6 +56,14 @@ class Own final : public BoxEngine {
            std::to_string(contradictory_) + " contradictory, work ended in " + std::to_string(spent_) +
            " steps, most Newton steps " + std::to_string(most_newton_steps_) +
            (failed_ > 0 ? ", " + std::to_string(failed_) + " steps FAILED" : "");
+  }
+  std::string remarks_on(std::size_t step) const override {
+    if (step >= log_.size()) return {};
+    const physics::StepReport& report = log_[step].report;
+    return std::to_string(log_[step].contacts) + " contacts, " + std::to_string(report.substeps) +
+           " pieces, " + std::to_string(report.solves) + " solves (" + std::to_string(report.unconverged) +
+           " unconverged), " + std::to_string(report.newton_steps) + " Newton steps" +
+           (report.is_work_spent ? ", work ended" : "");
   }
 
  private:
@@ -73,6 +87,13 @@ class Own final : public BoxEngine {
                    is_fixed ? X_WB : Pose{});
   }
 
+  /// A step as it went, for remarks_on().
+  struct Logged {
+    physics::StepReport report;
+    std::uint32_t contacts;
+  };
+  static constexpr std::size_t kMostLogged = 1 << 17;
+
   double step_;
   BackendRegistry registry_;
   std::vector<std::unique_ptr<HexahedronTree>> trees_;
@@ -80,6 +101,7 @@ class Own final : public BoxEngine {
   std::unique_ptr<DynamicsWorld> world_;
   std::uint64_t solves_ = 0, unconverged_ = 0, contradictory_ = 0, spent_ = 0, failed_ = 0;
   std::uint32_t most_newton_steps_ = 0;
+  std::vector<Logged> log_;
 };
 
 }  // namespace
