@@ -5,6 +5,7 @@
 #include <string>
 
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/physics/solver/reserved.hpp"
 
 namespace touchstone::physics {
 namespace {
@@ -94,9 +95,9 @@ void NarrowphaseContacts::hold_out(std::uint32_t part, bool is_out) {
 }
 
 void NarrowphaseContacts::reserve(std::size_t contacts, std::size_t pairs) {
-  for (auto* vector : {&contacts_, &last_contacts_, &awake_contacts_}) vector->reserve(contacts);
-  for (auto* vector : {&origins_, &last_origins_, &awake_origins_}) vector->reserve(contacts);
-  for (auto* vector : {&found_, &last_found_}) vector->reserve(pairs);
+  for (auto* vector : {&contacts_, &last_contacts_, &awake_contacts_}) reserve_written(*vector, contacts);
+  for (auto* vector : {&origins_, &last_origins_, &awake_origins_}) reserve_written(*vector, contacts);
+  for (auto* vector : {&found_, &last_found_}) reserve_written(*vector, pairs);
 }
 
 void NarrowphaseContacts::build() {

@@ -1,4 +1,5 @@
 #include "touchstone/physics/solver/block_cholesky.hpp"
+#include "touchstone/physics/solver/reserved.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -90,19 +91,20 @@ void solve_rows(const double* L, double* row, const double* end, std::size_t n) 
 }  // namespace
 
 void BlockCholesky::reserve(std::size_t units, std::size_t pairs, std::size_t widest) {
-  for (auto* vector : {&sizes_, &degree_, &order_, &position_}) vector->reserve(units);
-  pairs_.reserve(pairs);
+  for (auto* vector : {&sizes_, &degree_, &order_, &position_}) reserve_written(*vector, units);
+  reserve_written(pairs_, pairs);
   const std::size_t words = (units + 63) / 64;
-  adjacent_.reserve(units * words);
-  left_.reserve(words);
-  first_row_.reserve(units + 1);
-  diagonal_.reserve(units);
-  transposed_.reserve(widest * widest);
+  reserve_written(adjacent_, units * words);
+  reserve_written(left_, words);
+  reserve_written(first_row_, units + 1);
+  reserve_written(diagonal_, units);
+  reserve_written(transposed_, widest * widest);
   // Fill-in is not known before; more than four times the pairs is rare.
   const std::size_t blocks = 4 * pairs;
-  rows_.reserve(blocks);
-  at_.reserve(blocks);
-  values_.reserve((units + blocks) * widest * widest);
+  reserve_written(rows_, blocks);
+  reserve_written(at_, blocks);
+  // Manifolds have several rows a pair.
+  reserve_written(values_, (units + blocks) * widest * widest, (units + pairs / 6) * widest * widest);
 }
 
 /// The unit with the fewest neighbours first; those are then each other's. Ties go to the first.

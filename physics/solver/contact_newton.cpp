@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "touchstone/physics/solver/contact_laws.hpp"
+#include "touchstone/physics/solver/reserved.hpp"
 
 namespace touchstone::physics {
 namespace {
@@ -16,11 +17,11 @@ constexpr double kProximal = 0x1p-40;
 }  // namespace
 
 void ContactNewton::reserve(std::size_t rows) {
-  law_.reserve(rows);
-  for (auto* vector : {&active_, &end_, &block_end_}) vector->reserve(rows);
-  before_.reserve(rows + 1);
-  for (auto* vector : {&met_u_, &right_}) vector->reserve(rows);
-  A_.reserve(rows * rows);
+  reserve_written(law_, rows);
+  for (auto* vector : {&active_, &end_, &block_end_}) reserve_written(*vector, rows);
+  reserve_written(before_, rows + 1);
+  for (auto* vector : {&met_u_, &right_}) reserve_written(*vector, rows);
+  reserve_written(A_, rows * rows, kDenseRows * kDenseRows);
 }
 
 void ContactNewton::decide_contact(std::size_t contact, std::span<double> step) {

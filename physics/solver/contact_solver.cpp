@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/physics/solver/reserved.hpp"
 
 namespace touchstone::physics {
 namespace {
@@ -35,7 +36,7 @@ constexpr int kLate = 4;
 }  // namespace
 
 void ContactSolver::reserve(std::size_t rows) {
-  for (auto* vector : {&y_, &u_, &best_, &trial_, &step_, &start_}) vector->reserve(rows);
+  for (auto* vector : {&y_, &u_, &best_, &trial_, &step_, &start_}) reserve_written(*vector, rows);
   scaled_.reserve(rows);
   const std::size_t newton_rows = std::min(rows, settings_.most_newton_rows);
   newton_.reserve(newton_rows);

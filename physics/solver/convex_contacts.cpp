@@ -5,6 +5,7 @@
 
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/physics/solver/contact_laws.hpp"
+#include "touchstone/physics/solver/reserved.hpp"
 
 namespace touchstone::physics {
 namespace {
@@ -51,16 +52,16 @@ constexpr double kStuck = 0.7;
 
 void ConvexContacts::reserve(std::size_t units, std::size_t rows, std::size_t widest) {
   cholesky_.reserve(units, rows, widest);
-  pairs_.reserve(rows);
-  body_contacts_.reserve(rows / 3);
-  for (auto* vector : {&first_, &first_mass_}) vector->reserve(units + 1);
+  reserve_written(pairs_, rows);
+  reserve_written(body_contacts_, rows / 3);
+  for (auto* vector : {&first_, &first_mass_}) reserve_written(*vector, units + 1);
   for (auto* vector : {&scale_, &hardness_, &slip_, &anchor_, &asked_, &gamma_, &impulses_, &u_, &du_, &best_,
                        &anchor_share_})
-    vector->reserve(rows);
-  for (auto* vector : {&V_, &step_, &gradient_, &trial_V_}) vector->reserve(units * widest);
-  reach_.reserve(units * widest);
-  blocks_.reserve(6 * widest);
-  for (auto* vector : {&stiffness_, &last_stiffness_}) vector->reserve(3 * rows);
+    reserve_written(*vector, rows);
+  for (auto* vector : {&V_, &step_, &gradient_, &trial_V_}) reserve_written(*vector, units * widest);
+  reserve_written(reach_, units * widest);
+  reserve_written(blocks_, 6 * widest);
+  for (auto* vector : {&stiffness_, &last_stiffness_}) reserve_written(*vector, 3 * rows);
 }
 
 /// w: the largest diagonal entry of W of each block; and the least softness, by the spread of masses.

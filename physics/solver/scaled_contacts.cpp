@@ -5,6 +5,7 @@
 
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/physics/solver/contact_laws.hpp"
+#include "touchstone/physics/solver/reserved.hpp"
 
 namespace touchstone::physics {
 namespace {
@@ -16,10 +17,10 @@ constexpr double kRounding = 0x1p-49;
 }  // namespace
 
 void ScaledProblem::reserve(std::size_t rows) {
-  for (auto* vector : {&scale_, &b_}) vector->reserve(rows);
-  W_.reserve(rows * rows);
-  bounds_.reserve(rows);
-  columns_.reserve(rows);
+  for (auto* vector : {&scale_, &b_}) reserve_written(*vector, rows);
+  reserve_written(W_, rows * rows, kDenseRows * kDenseRows);
+  reserve_written(bounds_, rows);
+  reserve_written(columns_, rows);
 }
 
 void ScaledProblem::load(const ContactProblem& problem, std::span<const double> x, std::span<double> y) {

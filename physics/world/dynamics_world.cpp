@@ -6,7 +6,9 @@
 #include <string>
 
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/physics/solver/reserved.hpp"
 #include "touchstone/physics/world/groups/sleep.hpp"
+#include "touchstone/physics/world/step/trial_steps.hpp"
 #include "touchstone/physics/world/step/world_parts.hpp"
 
 namespace touchstone::physics {
@@ -288,13 +290,14 @@ void DynamicsWorld::reserve(std::size_t contacts) {
   if (held > 0) {
     world.movers.system.reserve(std::min(world.movers.bodies.size(), 2 * held),
                                 std::min(world.movers.arms.size(), 2 * held), held, widest);
-    world.movers.system_index.reserve(units);
+    reserve_written(world.movers.system_index, units);
   }
-  for (auto* vector : {&world.group.points, &world.group.spare}) vector->reserve(contacts);
-  world.group.kinematics.reserve(units);
+  for (auto* vector : {&world.group.points, &world.group.spare}) reserve_written(*vector, contacts);
+  reserve_written(world.group.kinematics, units);
   world.rows.reserve(contacts, joint_rows, units, widest);
   world.solver.reserve(world.rows, units, blocks, widest);
-  world.forces.reserve(contacts);
+  reserve_written(world.forces, contacts);
+  stepping::take_trial_steps();
 }
 
 void DynamicsWorld::forget_pushes() { parts_->movers.forget_pushes(); }

@@ -1,14 +1,16 @@
 #include "touchstone/physics/world/groups/contact_groups.hpp"
+#include "touchstone/physics/solver/reserved.hpp"
 
 namespace touchstone::physics::stepping {
 
 void ContactGroups::reserve(std::size_t contacts, std::size_t units, std::size_t joints) {
-  for (auto* vector : {&group_of_joint_, &joint_order_}) vector->reserve(joints);
+  for (auto* vector : {&group_of_joint_, &joint_order_}) reserve_written(*vector, joints);
   sets_.reserve(units);
-  for (auto* vector : {&group_of_contact_, &contact_order_}) vector->reserve(contacts);
-  for (auto* vector : {&group_of_unit_, &body_order_, &mechanism_order_, &loose_}) vector->reserve(units);
-  fill_.reserve(units + 1);
-  groups_.reserve(units);
+  for (auto* vector : {&group_of_contact_, &contact_order_}) reserve_written(*vector, contacts);
+  for (auto* vector : {&group_of_unit_, &body_order_, &mechanism_order_, &loose_})
+    reserve_written(*vector, units);
+  reserve_written(fill_, units + 1);
+  reserve_written(groups_, units);
 }
 
 void ContactGroups::find(std::span<const Contact> contacts, const Movers& movers) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "touchstone/contact_core/geometry/matrix3.hpp"
+#include "touchstone/physics/solver/reserved.hpp"
 
 namespace touchstone::physics::stepping {
 namespace {
@@ -21,9 +22,9 @@ Pose pose_of(const Mover& mover, const Movers& movers) {
 }  // namespace
 
 void WarmStart::reserve(std::size_t contacts) {
-  last_.reserve(contacts);
-  next_.reserve(contacts);
-  carried_.reserve(contacts);
+  reserve_written(last_, contacts);
+  reserve_written(next_, contacts);
+  reserve_written(carried_, contacts);
 }
 
 void WarmStart::undo() {

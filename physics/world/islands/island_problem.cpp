@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "touchstone/contact_core/geometry/matrix3.hpp"
+#include "touchstone/physics/solver/reserved.hpp"
 
 namespace touchstone::physics::stepping {
 namespace {
@@ -52,20 +53,20 @@ void write_mechanism_mass(const RowUnit& unit, double* M) {
 
 void IslandProblem::reserve(const ContactRows& rows, std::size_t units, std::size_t widest) {
   const std::size_t most_rows = rows.b.capacity();
-  for (auto* vector : {&rows_, &sparse_rows_}) vector->reserve(most_rows);
-  group_rows_.reserve(most_rows);
-  for (auto* vector : {&b, &x}) vector->reserve(most_rows);
-  levers_.reserve(rows.friction.capacity());
-  friction_.reserve(rows.friction.capacity());
-  commanded_.reserve(most_rows);
-  bounds_.reserve(rows.bounds.capacity());
-  compliance_.reserve(rows.bounds.capacity());
+  for (auto* vector : {&rows_, &sparse_rows_}) reserve_written(*vector, most_rows);
+  reserve_written(group_rows_, most_rows);
+  for (auto* vector : {&b, &x}) reserve_written(*vector, most_rows);
+  reserve_written(levers_, rows.friction.capacity());
+  reserve_written(friction_, rows.friction.capacity());
+  reserve_written(commanded_, most_rows);
+  reserve_written(bounds_, rows.bounds.capacity());
+  reserve_written(compliance_, rows.bounds.capacity());
   // Of the largest island: who expects larger ones than a thousand rows pays for them when they come.
   const std::size_t island_rows = std::min<std::size_t>(most_rows, 1024);
-  W_.reserve(island_rows * island_rows);
-  for (auto* vector : {&sizes_, &local_unit_}) vector->reserve(units);
-  masses_.reserve(units * widest * widest);
-  bodies_.reserve(units);
+  reserve_written(W_, island_rows * island_rows, kDenseRows * kDenseRows);
+  for (auto* vector : {&sizes_, &local_unit_}) reserve_written(*vector, units);
+  reserve_written(masses_, units * widest * widest);
+  reserve_written(bodies_, units);
 }
 
 /// A row of a contact in full, after those of the mechanisms.

@@ -6,6 +6,7 @@
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/physics/solver/cone_projection.hpp"
 #include "touchstone/physics/solver/contact_laws.hpp"
+#include "touchstone/physics/solver/reserved.hpp"
 
 namespace touchstone::physics::stepping {
 namespace {
@@ -65,9 +66,9 @@ void IslandSolver::reserve(const ContactRows& rows, std::size_t units, std::size
   problem_.reserve(rows, units, widest);
   solver_.reserve(std::min<std::size_t>(most_rows, 1024));
   convex_.reserve(units, most_rows, widest);
-  warm_x_.reserve(most_rows);
+  reserve_written(warm_x_, most_rows);
   for (auto* vector : {&patience_, &kept_patience_, &contradicted_, &kept_contradicted_})
-    vector->reserve(units);
+    reserve_written(*vector, units);
 }
 
 void IslandSolver::keep(std::size_t units) {

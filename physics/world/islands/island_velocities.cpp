@@ -5,6 +5,7 @@
 
 #include "touchstone/contact_core/geometry/matrix3.hpp"
 #include "touchstone/physics/solver/contact_laws.hpp"
+#include "touchstone/physics/solver/reserved.hpp"
 
 namespace touchstone::physics::stepping {
 namespace {
@@ -137,7 +138,7 @@ double joint_velocity(std::size_t block, ContactRows& rows, double& scale) {
 }  // namespace
 
 void IslandVelocities::reserve(std::size_t blocks) {
-  for (auto* vector : {&residuals_, &scales_, &traces_}) vector->reserve(blocks);
+  for (auto* vector : {&residuals_, &scales_, &traces_}) reserve_written(*vector, blocks);
 }
 
 void IslandVelocities::begin(const ContactRows& rows) {

@@ -1,13 +1,14 @@
 #include "touchstone/physics/world/islands/islands.hpp"
+#include "touchstone/physics/solver/reserved.hpp"
 
 namespace touchstone::physics::stepping {
 
 void Islands::reserve(std::size_t units, std::size_t blocks) {
   sets_.reserve(units);
-  for (auto* vector : {&island_of_unit_, &unit_order_}) vector->reserve(units);
-  island_of_block_.reserve(blocks);
-  block_order_.reserve(blocks);
-  islands_.reserve(units);
+  for (auto* vector : {&island_of_unit_, &unit_order_}) reserve_written(*vector, units);
+  reserve_written(island_of_block_, blocks);
+  reserve_written(block_order_, blocks);
+  reserve_written(islands_, units);
 }
 
 void Islands::find(const ContactRows& rows) {

@@ -6,6 +6,7 @@
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/physics/solver/cholesky.hpp"
 #include "touchstone/physics/solver/implicit_share.hpp"
+#include "touchstone/physics/solver/reserved.hpp"
 #include "touchstone/physics/world/groups/sleep.hpp"
 #include "touchstone/physics/world/rows/held_joints.hpp"
 
@@ -437,14 +438,14 @@ void Gathering::add_held(std::uint32_t index) {
 void ContactRows::reserve(std::size_t most_contacts, std::size_t joint_rows, std::size_t most_units,
                           std::size_t widest) {
   const std::size_t rows = 3 * most_contacts + joint_rows;
-  units.reserve(most_units);
-  members.reserve(most_units);
-  contacts.reserve(most_contacts);
-  joints.reserve(joint_rows);
-  bounds.reserve(joint_rows);
-  friction.reserve(most_contacts);
-  for (auto* vector : {&b, &x, &u, &commanded}) vector->reserve(rows);
-  for (auto* vector : {&J, &Y}) vector->reserve(2 * widest * rows);
+  reserve_written(units, most_units);
+  reserve_written(members, most_units);
+  reserve_written(contacts, most_contacts);
+  reserve_written(joints, joint_rows);
+  reserve_written(bounds, joint_rows);
+  reserve_written(friction, most_contacts);
+  for (auto* vector : {&b, &x, &u, &commanded}) reserve_written(*vector, rows);
+  for (auto* vector : {&J, &Y}) reserve_written(*vector, 2 * widest * rows);
 }
 
 std::uint32_t ContactRows::unit_of_block(std::size_t block) const {

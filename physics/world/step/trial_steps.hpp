@@ -1,0 +1,11 @@
+#pragma once
+
+// Steps of a world of no one, so that the first ones of others do not wait for the program's code.
+
+namespace touchstone::physics::stepping {
+
+/// Takes steps of two small cubes that overlap, slide and fall: all methods of islands of few contacts come
+/// from where the program lies into the processor's caches. Allocates.
+void take_trial_steps();
+
+}  // namespace touchstone::physics::stepping
