@@ -27,6 +27,8 @@ constexpr int kPathSolves = 700;
 // for seconds. But not fewer rounds than these.
 constexpr double kFullRows = 32.0;
 constexpr int kLeastRounds = 8;
+// Where work is bounded Newton's method is left after this many steps that found nothing better.
+constexpr int kMostIdle = 5;
 // A softness below this is rounding of 0.
 constexpr double kLeastSoftness = 1e-14;
 // In units of the tolerance: a larger residual does not count as solved. More is let pass when all is tried.
@@ -118,8 +120,12 @@ bool ContactSolver::descend(int steps, bool with_line_search, WorkBudget* budget
   sweep(settings_.sweeps);
   bool done = keep_better(residual_of(y_));
   work_ += static_cast<double>(settings_.sweeps + 1) * scaled_.work();
-  for (int i = 0; i < steps && !done && !(budget != nullptr && budget->is_spent()); ++i) {
+  int idle = 0;  // steps since the last that found something better
+  for (int i = 0; i < steps && !done && !(budget != nullptr && (budget->is_spent() || idle == kMostIdle));
+       ++i) {
+    const double best = report_.residual;
     done = keep_better(newton(with_line_search));
+    idle = report_.residual < best ? 0 : idle + 1;
     if (budget != nullptr) budget->spend(work_);
     work_ = 0.0;
   }
@@ -235,7 +241,14 @@ SolveReport ContactSolver::solve(const ContactProblem& problem, std::span<double
     // for a long time.
     rho_ = 1.0;
     y_ = best_;
+    const double before = report_.residual;
     keep_better(newton(false));
+    // Of contacts that touch without a force it may find nothing better, where sweeps do.
+    if (report_.residual == before && before > 0.0) {
+      y_ = best_;
+      sweep(settings_.sweeps);
+      keep_better(residual_of(y_));
+    }
   }
   // The result is scaled back, and its residual is taken unscaled.
   for (std::size_t i = 0; i < y_.size(); ++i) x[i] = best_[i] * scaled_.scale(i);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest-spi.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <array>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/physics/solver/reserved.hpp"
 #include "touchstone/tests/physics/random_contact_sets.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
 
@@ -129,6 +131,40 @@ TEST(ContactSolver, WhatOneRoundDoesNotSolveIsSaid) {
 }
 
 /// Without Newton's method and restarts: the path alone ends at a solution.
+TEST(ContactSolver, WithinAWorkBudgetItGivesUpWhereNothingBetterIsFound) {
+  std::mt19937_64 random(1611);
+  ContactSolver solver;
+  int unsolved = 0, steps = 0;
+  for (int i = 0; i < 300; ++i) {
+    const RandomSet set(random, 0.9, i % 2 == 0);
+    std::vector<double> x(RandomSet::kRows, 0.0);
+    WorkBudget budget;
+    budget.start(1e9);
+    const SolveReport report = solver.solve(set.problem(), x, &budget);
+    if (report.converged) continue;
+    ++unsolved;
+    steps += report.newton_steps;
+  }
+  ASSERT_GT(unsolved, 20);
+  EXPECT_LT(steps, 12 * unsolved);  // all 15 each, if it did not
+}
+
+TEST(ReservedMemory, IsWrittenAndChangesNothing) {
+  std::vector<double> values = {1.0, 2.0};
+  reserve_written(values, 1 << 20);
+  EXPECT_EQ(values, (std::vector<double>{1.0, 2.0}));
+  EXPECT_GE(values.capacity(), std::size_t{1} << 20);
+  // 8 MB: 2048 pages of 4 kB.
+  const auto faults = [] {
+    rusage usage;
+    getrusage(RUSAGE_SELF, &usage);
+    return usage.ru_minflt;
+  };
+  const long before = faults();
+  values.resize(1 << 20, 3.0);
+  EXPECT_LT(faults() - before, 200);
+}
+
 TEST(ContactPath, EndsAtASolution) {
   std::mt19937_64 random(5);
   int arrived = 0;
