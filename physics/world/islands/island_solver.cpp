@@ -42,7 +42,7 @@ constexpr int kLeastSoftSteps = 4, kMostSoftSteps = 16, kSoftContacts = 256;
 // faster than both its fastest was and kMostDriven times the commanded speed; and where a solved one with
 // commands, or an unsolved one without, makes it kMostPressedOut times as fast: it would be pressed out of a
 // wedge that narrow.
-constexpr double kMostDriven = 2.0, kMostPressedOut = 10.0;
+constexpr double kMostDriven = 1.0, kMostPressedOut = 10.0;
 constexpr int kMostPassiveSteps = 12;
 
 int most_soft_steps(const Island& island) {
