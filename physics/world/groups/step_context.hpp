@@ -16,14 +16,16 @@ struct StepContext {
   double h;           // of the whole step [s]
   WorkBudget budget;  // of the group; its clock is the step's
   StepReport report = {};
-  std::uint32_t contradictory_before = 0;  // the group
-  bool is_soft = false;                    // the group overlaps: the soft answer does for it
-  double spare = 0.0;                      // work beyond their own that is left to the step's groups
+  std::uint32_t unconverged_before = 0;  // the group
+  bool is_soft = false;                  // the group overlaps: the soft answer does for it
+  bool is_parted = false;                // the group overlaps, be it less: no velocity is as well known
+  double spare = 0.0;                    // work beyond their own that is left to the step's groups
 
   bool is_bounded() const { return settings.accuracy == DynamicsWorld::Accuracy::bounded; }
-  /// Work is spent, or contacts contradict each other: more pieces and tries would not find more.
+  /// Work is spent, or a solve of the group did not come to an end: when stops and arrivals are is then not
+  /// known well enough for more pieces and tries.
   bool is_work_over() const {
-    return is_bounded() && (report.contradictory > contradictory_before || budget.is_spent());
+    return is_bounded() && (report.unconverged > unconverged_before || budget.is_spent());
   }
   /// Reports why the step is not taken, and for which contact, body or mechanism. Returns false.
   bool fail(StepFailure failure, std::size_t index) {

@@ -50,6 +50,11 @@ int most_soft_steps(const Island& island) {
                     kMostSoftSteps);
 }
 
+/// Parting goes on from what parted in the last step, and moves by less.
+int most_parting_steps(const Island& island) {
+  return std::min(kLeastSoftSteps, most_soft_steps(island) / 2);
+}
+
 /// Adds the work of one solve to another's.
 void count(const SolveReport& of, SolveReport& to) {
   to.sweeps += of.sweeps;
@@ -101,8 +106,8 @@ void IslandSolver::solve_softly(ContactRows& rows, double tolerance, WorkBudget&
     if (velocities_.update(islands_, island, rows).worst <= tolerance) continue;
     problem_.load(islands_, island, rows);
     problem_.load_masses(islands_, island, rows);
-    const ConvexReport solved =
-        convex_.solve_softly(problem_.sparse(rows), problem_.x, tolerance, budget, kLeastSoftSteps);
+    const ConvexReport solved = convex_.solve_softly(problem_.sparse(rows), problem_.x, tolerance, budget,
+                                                     most_parting_steps(island));
     report.newton_steps += static_cast<std::uint32_t>(solved.newton_steps);
     problem_.store_impulses(rows);
     problem_.unload(rows);
@@ -158,7 +163,8 @@ SolveReport IslandSolver::solve_anew(const Island& island, double warm_residual,
   // Size and signs of contradiction choose the method.
   const bool is_small = size <= (step.is_bounded() ? limits.most_path_rows : limits.most_newton_rows);
   const bool is_direct = size <= kDirectRows || is_refined || !step.is_bounded();
-  const bool is_doubtful = !is_refined && (is_contradicted(island, step) || is_squeezed(island, rows, step));
+  const bool is_doubtful = !is_refined && presses_on_commands(island, rows) &&
+                           (is_contradicted(island, step) || is_squeezed(island, rows, step));
   if (step.is_soft && !is_doubtful) return solve_soft(island, tolerance, rows, step);
   // Small islands are solved exactly.
   if (is_small && is_direct && !is_doubtful) {
@@ -173,7 +179,7 @@ SolveReport IslandSolver::solve_anew(const Island& island, double warm_residual,
     const SolveReport tried = solved;
     solved = solve_convex(island, is_refined, is_doubtful, rows, step);
     count(tried, solved);
-    if (is_small && !is_refined && solved.converged && step.is_bounded()) {
+    if (is_small && !is_refined && solved.converged && step.is_bounded() && !step.is_parted) {
       if (!is_direct || is_doubtful) load_couplings(rows, step);
       polish(island, rows, step, solved);
     }
@@ -383,6 +389,14 @@ bool IslandSolver::is_contradicted(std::span<const std::uint32_t> units) const {
                      [&](std::uint32_t unit) { return contradicted_[unit] != 0; });
 }
 
+/// Else standing still is a solution, whatever was proven lately.
+bool IslandSolver::presses_on_commands(const Island& island, const ContactRows& rows) const {
+  const std::span<const std::size_t> blocks = islands_.blocks_of(island);
+  return std::any_of(blocks.begin(), blocks.end(), [&](std::size_t block) {
+    return rows.commanded[block] < 0.0 || (block >= rows.contacts.size() && rows.commanded[block] > 0.0);
+  });
+}
+
 /// Then the soft answer comes first.
 bool IslandSolver::is_contradicted(const Island& island, const StepContext& step) const {
   return step.is_bounded() && is_contradicted(islands_.units_of(island));
@@ -416,7 +430,7 @@ bool IslandSolver::is_squeezed(const Island& island, const ContactRows& rows, co
 /// Of an island's residual [m/s].
 double IslandSolver::tolerance_of(const Island& island, bool is_exact, const ContactRows& rows,
                                   const StepContext& step) const {
-  const double exact = step.settings.solver.tolerance;
+  const double exact = step.is_parted ? step.settings.contact_gap / step.h : step.settings.solver.tolerance;
   if (!step.is_bounded() || is_exact) return exact;
   double speed = 0.0;
   for (const std::size_t block : islands_.blocks_of(island)) {

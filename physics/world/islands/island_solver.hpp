@@ -51,6 +51,7 @@ class IslandSolver {
   bool may_refine(const Island& island);
   void expect_calm(const Island& island);
   bool is_contradicted(const Island& island, const StepContext& step) const;
+  bool presses_on_commands(const Island& island, const ContactRows& rows) const;
   bool is_squeezed(const Island& island, const ContactRows& rows, const StepContext& step) const;
   double tolerance_of(const Island& island, bool is_exact, const ContactRows& rows,
                       const StepContext& step) const;

@@ -24,6 +24,15 @@ bool needs_parting(const GroupState& group, const Movers& movers, double gap) {
   });
 }
 
+/// Whether overlap that is parted is deeper than `most` [m] anywhere, where the step begins.
+bool is_deeper(const GroupState& group, const DynamicsWorld::Settings& settings, double most) {
+  return settings.push_out > 0.0 &&
+         std::any_of(group.points.begin(), group.points.end(), [&](const GroupPoint& point) {
+           const Contact& contact = *point.contact;
+           return -dot(contact.n_AB_W, contact.p_B_W - contact.p_A_W) > most;
+         });
+}
+
 /// Whether nothing outside holds the group, so that its momenta are conserved.
 bool is_free(const GroupState& group, const Movers& movers) {
   return group.members.mechanisms.empty() &&
@@ -106,12 +115,11 @@ void move_apart(const GroupState& group, double h, Movers& movers, ContactRows& 
 }  // namespace
 
 bool is_deep(const GroupState& group, const DynamicsWorld::Settings& settings) {
-  const double deep = std::max(kDeep * settings.part_speed, kLeftAlone * settings.contact_gap);
-  return settings.push_out > 0.0 &&
-         std::any_of(group.points.begin(), group.points.end(), [&](const GroupPoint& point) {
-           const Contact& contact = *point.contact;
-           return -dot(contact.n_AB_W, contact.p_B_W - contact.p_A_W) > deep;
-         });
+  return is_deeper(group, settings, std::max(kDeep * settings.part_speed, kLeftAlone * settings.contact_gap));
+}
+
+bool overlaps(const GroupState& group, const DynamicsWorld::Settings& settings) {
+  return is_deeper(group, settings, kLeftAlone * settings.contact_gap);
 }
 
 void part(GroupState& group, StepContext& step, Movers& movers, ContactRows& rows, IslandSolver& solver) {

@@ -8,6 +8,8 @@ namespace touchstone::physics::stepping {
 
 /// Whether the group overlaps at the step's start by so much that parting it takes several steps.
 bool is_deep(const GroupState& group, const DynamicsWorld::Settings& settings);
+/// Whether anything overlaps by so much that it is parted.
+bool overlaps(const GroupState& group, const DynamicsWorld::Settings& settings);
 /// Moves the group where it overlaps by more than its points allow (GroupPoint::allowed_depth), by the least
 /// motion, weighed by mass, that does, against friction: the contact problem once more, in velocities that
 /// last for the step alone.

@@ -40,6 +40,8 @@ constexpr double kShortStep = 1e-3, kMostShortSteps = 16.0, kUnlike = 4.0;
 // Masses that differ by less than 1 / kAlike are alike; beyond, each kWorkBits of their ratio take as much
 // work again.
 constexpr double kAlike = 0.03, kWorkBits = 4.0;
+// The share of that work which few contacts have while bodies that overlap are parted: the next step goes on.
+constexpr double kPartedWork = 0.5;
 // Joints that a joint between movers counts as, by its rows.
 constexpr std::size_t kHeldShares = 3;
 
@@ -122,6 +124,7 @@ double take_piece(Clock& clock, bool all, StepContext& step, WorldParts& world) 
   if (needs_impact(group, movers, step.settings)) {
     impact(group, step, movers, rows, world.solver);
     if (has_brakes(group.members, movers)) clock.probe = std::min(clock.probe, kProbe * left);
+    all = all || step.is_work_over();
   }
   keep_start(group, movers);
   if (!begin_flight(group.members, step, movers)) return 0.0;
@@ -177,29 +180,43 @@ double mass_ratio(const Group& group, const Movers& movers) {
   return heaviest / lightest;
 }
 
+/// Larger than what ContactSolver takes.
+bool is_large(const GroupState& group, const DynamicsWorld::Settings& settings) {
+  return 3 * group.points.size() > settings.solver.most_path_rows;
+}
+
+/// How the group's points and velocities are taken in this step, and its work. @param spare of the step's,
+/// beyond its own
+void choose_methods(const Group& members, double spare, StepContext& step, WorldParts& world) {
+  GroupState& group = world.group;
+  const DynamicsWorld::Settings& settings = step.settings;
+  // Where bodies overlap, the times of stops and arrivals within the step mean nothing.
+  const bool are_bodies = step.is_bounded() && members.mechanisms.empty() && members.joints.empty();
+  step.is_soft = are_bodies && is_deep(group, settings);
+  step.is_parted = are_bodies && overlaps(group, settings);
+  if (step.is_soft) keep_fewest(group);
+  // Contradictory contacts are stopped with the forces, too: impacts before them would be solved twice.
+  group.is_coarse = step.is_bounded() && (step.is_parted || is_large(group, settings) ||
+                                          (are_bodies && world.solver.is_contradicted(members.bodies)));
+  const bool is_few = members.contacts.size() <= kFullShares;
+  const double share = step.is_parted && is_few ? kPartedWork : 1.0;
+  step.budget.grant(share * work_of(members, world.movers, step) + spare);
+}
+
 bool step_group(const Group& members, std::span<const Contact> contacts, StepContext& step,
                 WorldParts& world) {
   GroupState& group = world.group;
-  // The group gets its budget of work, its points and its joints.
+  // The group gets its points, its joints and its budget of work.
   const bool is_alike = members.contacts.size() > kFullShares && members.mechanisms.empty() &&
                         members.joints.empty() && mass_ratio(members, world.movers) <= kUnlike;
   const double spare = is_alike ? 0.0 : step.spare;
-  step.budget.grant(work_of(members, world.movers, step) + spare);
-  step.contradictory_before = step.report.contradictory;
+  step.unconverged_before = step.report.unconverged;
   attach(members, contacts, world.warm, step, world.movers, group);
   mark_jointed(members, world.movers);
   const DynamicsWorld::Settings& settings = step.settings;
-  const bool is_large = 3 * group.points.size() > settings.solver.most_path_rows;
-  // Where bodies overlap deeply, the times of stops and arrivals within the step mean nothing.
-  step.is_soft =
-      step.is_bounded() && members.mechanisms.empty() && members.joints.empty() && is_deep(group, settings);
-  if (step.is_soft) keep_fewest(group);
-  // Contradictory contacts are stopped with the forces, too: impacts before them would be solved twice.
-  const bool is_squeezed =
-      members.mechanisms.empty() && members.joints.empty() && world.solver.is_contradicted(members.bodies);
-  group.is_coarse = step.is_bounded() && (step.is_soft || is_large || is_squeezed);
   const std::uint32_t most_pieces =
-      is_large ? std::min(kMostLargePieces, settings.most_substeps) : settings.most_substeps;
+      is_large(group, settings) ? std::min(kMostLargePieces, settings.most_substeps) : settings.most_substeps;
+  choose_methods(members, spare, step, world);
   // Pieces follow each other until the step is over.
   Clock clock{step.h};
   while (clock.left > 0.0) {
