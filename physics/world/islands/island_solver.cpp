@@ -30,6 +30,9 @@ constexpr double kShareOfExact = 1e-3;
 // Rows of islands that ContactSolver is tried on at once: its linear systems grow with the third power, those
 // of ConvexContacts with the number of contacts, four times less at 48 rows.
 constexpr std::size_t kDirectRows = 32;
+// Where work has no end, islands up to this size that ConvexContacts leaves get ContactSolver's first Newton
+// steps from there: their linear systems take milliseconds.
+constexpr std::size_t kMostPolishedRows = 512;
 // An island whose contradiction was proven is taken to contradict itself still for this number of solves, as
 // long as the bodies that it presses show it, then tried by all methods again.
 constexpr std::uint8_t kSoftSolves = 64;
@@ -55,6 +58,12 @@ int most_parting_steps(const Island& island) {
   return std::min(kLeastSoftSteps, most_soft_steps(island) / 2);
 }
 
+/// For kMostPolishedRows.
+ContactSolver::Settings with_polish(ContactSolver::Settings settings) {
+  settings.most_newton_rows = std::max(settings.most_newton_rows, kMostPolishedRows);
+  return settings;
+}
+
 /// Adds the work of one solve to another's.
 void count(const SolveReport& of, SolveReport& to) {
   to.sweeps += of.sweeps;
@@ -62,6 +71,8 @@ void count(const SolveReport& of, SolveReport& to) {
 }
 
 }  // namespace
+
+IslandSolver::IslandSolver(const ContactSolver::Settings& settings) : solver_(with_polish(settings)) {}
 
 void IslandSolver::reserve(const ContactRows& rows, std::size_t units, std::size_t blocks,
                            std::size_t widest) {
@@ -183,6 +194,10 @@ SolveReport IslandSolver::solve_anew(const Island& island, double warm_residual,
       if (!is_direct || is_doubtful) load_couplings(rows, step);
       polish(island, rows, step, solved);
     }
+    if (!solved.converged && !step.is_bounded() && !is_small && size <= kMostPolishedRows) {
+      load_couplings(rows, step);
+      polish(island, rows, step, solved);
+    }
   }
   problem_.unload(rows);
   return solved;
@@ -207,7 +222,7 @@ SolveReport IslandSolver::solve_soft(const Island& island, double tolerance, Con
 void IslandSolver::polish(const Island& island, ContactRows& rows, StepContext& step, SolveReport& solved) {
   if (step.budget.is_spent()) return;
   warm_x_ = problem_.x;
-  SolveReport polished = solve_dense(rows, &step.budget);
+  SolveReport polished = solve_dense(rows, step.is_bounded() ? &step.budget : nullptr);
   if (polished.converged) {
     count(solved, polished);
     solved = polished;

@@ -18,7 +18,7 @@ namespace touchstone::physics::stepping {
 /// out about their islands in earlier steps. Owns its memory.
 class IslandSolver {
  public:
-  explicit IslandSolver(const ContactSolver::Settings& settings) : solver_(settings) {}
+  explicit IslandSolver(const ContactSolver::Settings& settings);
   void reserve(const ContactRows& rows, std::size_t units, std::size_t blocks, std::size_t widest);
 
   /// Finds rows.x and rows.u. Where figures are not finite even without impulses, the step fails.

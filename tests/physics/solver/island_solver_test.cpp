@@ -263,17 +263,17 @@ Rows random_crowd(std::uint32_t seed) {
   return group;
 }
 
-// Rounds of more than 64 contacts keep their softness, and find a share of what is left each: where work has
-// no end there are enough of them.
+// Rounds of more than 64 contacts find a share of what is left each; where work has no end Newton's method on
+// the laws goes on from there.
 TEST(IslandSolver, CrowdsAreSolvedToTheEndWhereWorkHasNone) {
   int solved = 0;
-  for (std::uint32_t seed = 1; seed <= 100; ++seed) {
+  for (std::uint32_t seed = 5001; seed <= 5200; ++seed) {
     Rows group = random_crowd(seed);
     Solver solver;
     solver.settings.accuracy = DynamicsWorld::Accuracy::exact;
     solved += solver.solve(group.rows).unconverged == 0 ? 1 : 0;
   }
-  EXPECT_GE(solved, 75);  // 78; 66 where rounds end at 40
+  EXPECT_GE(solved, 198);  // 200; of seeds 1 to 100 78 by the rounds alone
 }
 
 TEST(IslandSolver, ASecondSolveDoesNotAllocate) {
