@@ -18,7 +18,7 @@ struct StepContext {
   StepReport report = {};
   std::uint32_t unconverged_before = 0;  // the group
   bool is_soft = false;                  // the group overlaps: the soft answer does for it
-  bool is_parted = false;                // the group overlaps, be it less: no velocity is as well known
+  bool is_parted = false;                // the group, of alike masses, overlaps, be it less deep
   double spare = 0.0;                    // work beyond their own that is left to the step's groups
 
   bool is_bounded() const { return settings.accuracy == DynamicsWorld::Accuracy::bounded; }

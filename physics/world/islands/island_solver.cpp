@@ -45,7 +45,8 @@ constexpr int kLeastSoftSteps = 4, kMostSoftSteps = 16, kSoftContacts = 256;
 // faster than both its fastest was and kMostDriven times the commanded speed; and where a solved one with
 // commands, or an unsolved one without, makes it kMostPressedOut times as fast: it would be pressed out of a
 // wedge that narrow.
-constexpr double kMostDriven = 1.0, kMostPressedOut = 10.0;
+// Among masses of up to kUnlike to 1 kMostDriven is 1: of others the passive answer lets heavy ones press on.
+constexpr double kMostDriven = 2.0, kMostPressedOut = 10.0, kUnlike = 4.0;
 constexpr int kMostPassiveSteps = 12;
 
 int most_soft_steps(const Island& island) {
@@ -174,8 +175,11 @@ SolveReport IslandSolver::solve_anew(const Island& island, double warm_residual,
   // Size and signs of contradiction choose the method.
   const bool is_small = size <= (step.is_bounded() ? limits.most_path_rows : limits.most_newton_rows);
   const bool is_direct = size <= kDirectRows || is_refined || !step.is_bounded();
-  const bool is_doubtful = !is_refined && presses_on_commands(island, rows) &&
-                           (is_contradicted(island, step) || is_squeezed(island, rows, step));
+  // Of masses that differ what was proven lately stays in doubt: the soft answer of the lighter side is far
+  // off.
+  const bool may_press = !step.is_parted || presses_on_commands(island, rows);
+  const bool is_doubtful =
+      !is_refined && may_press && (is_contradicted(island, step) || is_squeezed(island, rows, step));
   if (step.is_soft && !is_doubtful) return solve_soft(island, tolerance, rows, step);
   // Small islands are solved exactly.
   if (is_small && is_direct && !is_doubtful) {
@@ -251,8 +255,13 @@ double IslandSolver::allowed_speed(const Island& island, const ContactRows& rows
     commanded = std::max(commanded, -rows.commanded[block]);
   const double before = most_speed(island, rows.b);
   if (commanded == 0.0) return is_solved || is_soft ? kInfinity : kMostPressedOut * before;
-  return is_solved ? kMostPressedOut * std::max(before, commanded)
-                   : std::max(before, kMostDriven * commanded);
+  if (is_solved) return kMostPressedOut * std::max(before, commanded);
+  double lightest = kInfinity, heaviest = 0.0;
+  for (const std::uint32_t member : islands_.units_of(island)) {
+    lightest = std::min(lightest, rows.units[member].mass);
+    heaviest = std::max(heaviest, rows.units[member].mass);
+  }
+  return std::max(before, (heaviest <= kUnlike * lightest ? 1.0 : kMostDriven) * commanded);
 }
 
 /// Impulses of contacts that contradict each other, or that no solve has found, may shoot out a light body

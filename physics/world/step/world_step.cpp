@@ -40,7 +40,8 @@ constexpr double kShortStep = 1e-3, kMostShortSteps = 16.0, kUnlike = 4.0;
 // Masses that differ by less than 1 / kAlike are alike; beyond, each kWorkBits of their ratio take as much
 // work again.
 constexpr double kAlike = 0.03, kWorkBits = 4.0;
-// The share of that work which few contacts have while bodies that overlap are parted: the next step goes on.
+// The share of that work which few contacts of alike masses have while overlap is parted: the next step goes
+// on.
 constexpr double kPartedWork = 0.5;
 // Joints that a joint between movers counts as, by its rows.
 constexpr std::size_t kHeldShares = 3;
@@ -193,10 +194,11 @@ void choose_methods(const Group& members, double spare, StepContext& step, World
   // Where bodies overlap, the times of stops and arrivals within the step mean nothing.
   const bool are_bodies = step.is_bounded() && members.mechanisms.empty() && members.joints.empty();
   step.is_soft = are_bodies && is_deep(group, settings);
-  step.is_parted = are_bodies && overlaps(group, settings);
+  const bool is_untimed = are_bodies && overlaps(group, settings);
+  step.is_parted = is_untimed && mass_ratio(members, world.movers) <= kUnlike;
   if (step.is_soft) keep_fewest(group);
   // Contradictory contacts are stopped with the forces, too: impacts before them would be solved twice.
-  group.is_coarse = step.is_bounded() && (step.is_parted || is_large(group, settings) ||
+  group.is_coarse = step.is_bounded() && (is_untimed || is_large(group, settings) ||
                                           (are_bodies && world.solver.is_contradicted(members.bodies)));
   const bool is_few = members.contacts.size() <= kFullShares;
   const double share = step.is_parted && is_few ? kPartedWork : 1.0;
