@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -38,10 +39,11 @@ std::vector<Vector3> below(const std::vector<Vector3>& polygon, const Vector3& n
 
 }  // namespace
 
-// Whether no triangle meets the tetrahedron: cut by its box, `margin_` wider, and by its four planes, wider
-// by what rounding can turn their normals over the size of the box too, nothing is left. A plane that
-// rounding turns as it likes cuts nothing.
-bool ExcessProof::is_clear(const Tetrahedron& piece) const {
+// Triangles that may meet the tetrahedron; nothing where they are many. Of the others, cut by its box,
+// `margin_` wider, and by its four planes, wider by what rounding can turn their normals over the size of the
+// box too, nothing is left. A plane that rounding turns as it likes cuts nothing.
+std::optional<std::vector<std::uint32_t>> ExcessProof::met_by(const Tetrahedron& piece) const {
+  constexpr std::size_t kMostMet = 24;
   // Only triangles within the margin of the piece's box can be too near.
   Vector3 low = piece[0], high = piece[0];
   for (const Vector3& p : piece) {
@@ -50,9 +52,9 @@ bool ExcessProof::is_clear(const Tetrahedron& piece) const {
   }
   const Vector3 wider = Vector3::Constant(margin_);
   const double size = norm(high - low);
-  bool is_met = false;
+  std::vector<std::uint32_t> met;
   surface_.meeting(low - wider, high + wider, [&](std::uint32_t t) {
-    if (is_met) return;
+    if (met.size() > kMostMet) return;
     // The box clips first: planes of a thin piece may be too inaccurate to do so.
     std::vector<Vector3> rest = {surface_.corner(t, 0), surface_.corner(t, 1), surface_.corner(t, 2)};
     for (int axis = 0; axis < 3; ++axis) {
@@ -69,9 +71,53 @@ bool ExcessProof::is_clear(const Tetrahedron& piece) const {
       n /= dot(n, piece[apex] - a) > 0.0 ? -length : length;
       rest = below(rest, n, a, margin_ + off);
     }
-    is_met = !rest.empty();
+    if (!rest.empty()) met.push_back(t);
   });
-  return !is_met;
+  if (met.size() > kMostMet) return std::nullopt;
+  return met;
+}
+
+// Groups of triangles that do not surely show a point their front, and of which a straight way from it passes
+// one at most from back to front. After the first of two it is in front of that one's plane, and before the
+// second behind the other's: not so where all of the second is behind the first, or all of the first in front
+// of the second.
+std::size_t ExcessProof::groups_of_backs(const Vector3& from, const std::vector<std::uint32_t>& met) const {
+  const auto excludes = [&](std::uint32_t first, std::uint32_t second) {
+    return solid_.is_all_on(first, second, -1) || solid_.is_all_on(second, first, 1);
+  };
+  std::vector<std::vector<std::uint32_t>> groups;
+  for (const std::uint32_t t : met) {
+    if (solid_.is_before(t, from)) continue;
+    const auto group = std::find_if(groups.begin(), groups.end(), [&](const auto& others) {
+      return std::all_of(others.begin(), others.end(),
+                         [&](std::uint32_t other) { return excludes(t, other) && excludes(other, t); });
+    });
+    if (group != groups.end())
+      group->push_back(t);
+    else
+      groups.push_back({t});
+  }
+  return groups.size();
+}
+
+// Whether the closed shells wind about all of the tetrahedron. On a straight way from one point of it to
+// another the winding number falls by one at each triangle that it passes from back to front, and nowhere
+// else. So it is positive everywhere where at one point it is larger than the groups that the way may meet.
+bool ExcessProof::is_solid(const Tetrahedron& piece) const {
+  const std::optional<std::vector<std::uint32_t>> met = met_by(piece);
+  if (!met) return false;
+  const Vector3 middle = 0.25 * (piece[0] + piece[1] + piece[2] + piece[3]);
+  if (met->empty()) {
+    std::uint32_t triangle = 0;
+    const double clearance = std::sqrt(surface_.nearest(middle, triangle)) - surface_.blur() - margin_;
+    return clearance > 0.0 && solid_.is_inside(middle, clearance);
+  }
+  for (const Vector3& from : {middle, piece[0], piece[1], piece[2], piece[3]}) {
+    const std::optional<int> winding = solid_.winding_about(from);
+    if (winding && *winding > 0 && static_cast<std::size_t>(*winding) > groups_of_backs(from, *met))
+      return true;
+  }
+  return false;
 }
 
 // Each corner outside has a point of the surface near it. If the tetrahedron of these and of the corners
@@ -95,9 +141,7 @@ bool ExcessProof::is_within_solid(const Tetrahedron& piece, std::uint32_t hint) 
   for (const Vector3& p : held) radius = std::max(radius, norm(p - middle));
   const double share = std::min(0.5, slack / std::max(radius, 1e-300));
   for (Vector3& p : held) p += share * (middle - p);
-  if (!is_clear(held)) return false;
-  const double clearance = std::sqrt(surface_.nearest(middle, triangle)) - surface_.blur() - margin_;
-  return clearance > 0.0 && solid_.is_inside(middle, clearance);
+  return is_solid(held);
 }
 
 bool ExcessProof::is_beside(const Tetrahedron& piece) const {

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "touchstone/adapters/cover_proof/cover_proof.hpp"
 #include "touchstone/adapters/cover_proof/exact_cover.hpp"
@@ -32,7 +33,9 @@ class ExcessProof {
   Finding look_at(const Tetrahedron& piece, std::uint32_t& hint);
   bool is_within_one(const Tetrahedron& piece, std::uint32_t triangle) const;
   bool is_within_solid(const Tetrahedron& piece, std::uint32_t hint) const;
-  bool is_clear(const Tetrahedron& piece) const;
+  std::optional<std::vector<std::uint32_t>> met_by(const Tetrahedron& piece) const;
+  std::size_t groups_of_backs(const Vector3& from, const std::vector<std::uint32_t>& met) const;
+  bool is_solid(const Tetrahedron& piece) const;
   bool is_beside(const Tetrahedron& piece) const;
   bool is_beyond(const Vector3& p, std::uint32_t triangle);
 

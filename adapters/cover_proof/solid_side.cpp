@@ -178,14 +178,36 @@ std::vector<Polygon> SolidSide::uncrossed(const Polygon& piece, const FacetPlane
   return parts;
 }
 
+std::optional<int> SolidSide::winding_about(const Vector3& p) const {
+  for (int axis = 0; axis < 3; ++axis)
+    for (const bool is_upward : {true, false})
+      if (const std::optional<int> winding = winding_beyond(p, axis, is_upward)) return winding;
+  return std::nullopt;
+}
+
+bool SolidSide::is_before(std::uint32_t triangle, const Vector3& p) const {
+  return sure_height_sign(boxes_.corner(triangle, 0), boxes_.corner(triangle, 1), boxes_.corner(triangle, 2),
+                          p) > 0;
+}
+
+bool SolidSide::is_all_on(std::uint32_t plane, std::uint32_t triangle, int sign) const {
+  const Vector3 a = boxes_.corner(plane, 0), b = boxes_.corner(plane, 1), c = boxes_.corner(plane, 2);
+  for (int i = 0; i < 3; ++i) {
+    const Vector3 p = boxes_.corner(triangle, i);
+    int height = sure_height_sign(a, b, c, p);
+    if (height == 0)
+      height = height_sign(grid_.on_grid(a), grid_.on_grid(b), grid_.on_grid(c), grid_.on_grid(p));
+    if (height * sign < 0) return false;
+  }
+  return true;
+}
+
 bool SolidSide::is_inside(const Vector3& p, double clearance) const {
   constexpr std::array<std::array<double, 3>, 5> kOffsets = {
       {{0, 0, 0}, {0.21, 0.13, -0.31}, {-0.17, 0.29, 0.11}, {0.07, -0.23, 0.19}, {-0.27, -0.09, -0.15}}};
   for (const auto& offset : kOffsets) {
     const Vector3 q = p + clearance * Vector3(offset[0], offset[1], offset[2]);
-    for (int axis = 0; axis < 3; ++axis)
-      for (const bool is_upward : {true, false})
-        if (const std::optional<int> winding = winding_beyond(q, axis, is_upward)) return *winding != 0;
+    if (const std::optional<int> winding = winding_about(q)) return *winding != 0;
   }
   return false;  // not known: the proof looks at smaller pieces
 }

@@ -28,6 +28,13 @@ class SolidSide {
   /// Whether they wind about p, from which every triangle is at least `clearance` away [m]. Where rays from p
   /// meet edges, other points of that ball are asked.
   bool is_inside(const Vector3& p, double clearance) const;
+  /// The winding number at p, which is on no triangle; nothing where each ray from it meets an edge.
+  std::optional<int> winding_about(const Vector3& p) const;
+  /// Whether p is surely on the side of a triangle's plane from which the triangle is counter-clockwise.
+  bool is_before(std::uint32_t triangle, const Vector3& p) const;
+  /// Whether all of a triangle is on the side of another one's plane that `sign` names, 1: from which that
+  /// one is counter-clockwise, or on the plane.
+  bool is_all_on(std::uint32_t plane, std::uint32_t triangle, int sign) const;
 
  private:
   /// A triangle's part of the winding number; nothing where the ray meets an edge of it.

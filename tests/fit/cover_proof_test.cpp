@@ -1,5 +1,7 @@
 #include "touchstone/adapters/cover_proof/cover_proof.hpp"
 
+#include <random>
+
 #include "touchstone/contact_core/fit/fit.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
@@ -131,6 +133,45 @@ TEST(CoverProof, AnErrorClaimedTooSmallIsRefusedAtAPoint) {
       << "a tetrahedron across the border counts as a whole";
   claim.regions[0].excess = 0.1;
   EXPECT_THAT(check_cover(box, claim).reason, HasSubstr("in region 'port'"));
+}
+
+// A block with posts that stand in it, claimed to a hundred-thousandth: before each place of a wall within
+// was looked at as closely as that, in more than a million pieces.
+TEST(CoverProof, WallsWithinTheSolidCostLittle) {
+  TriangleMesh mesh = box_mesh({0, 0, 0}, {2, 2, 1});
+  CoverClaim claim = claim_of({box_vertices({0, 0, 0}, {2, 2, 1})}, 1e-5);
+  for (int i = 0; i < 4; ++i) {
+    const Vector3 low(0.3 + 0.4 * i, 0.5, 0.4), high(0.5 + 0.4 * i, 1.5, 1.6);
+    append(mesh, box_mesh(low, high));
+    claim.hexahedra.push_back(box_vertices(low, high));
+  }
+  const CoverVerdict verdict = check_cover(mesh, claim, 30000);
+  EXPECT_TRUE(verdict.is_proven) << verdict.reason;
+}
+
+// Of blocks that overlap, one of them inside out: one hexahedron about all, claimed to 0.97 of what is seen.
+TEST(CoverProof, NoErrorIsProvenThatAPointExceeds) {
+  std::mt19937_64 engine(31415);
+  const auto next = [&] { return static_cast<double>(engine() >> 11) * 0x1p-53; };
+  for (int round = 0; round < 60; ++round) {
+    TriangleMesh mesh;
+    for (int i = 0; i < 4; ++i) {
+      const Vector3 low(next(), next(), next()), size(0.4 + next(), 0.4 + next(), 0.4 + next());
+      TriangleMesh block = box_mesh(low, low + size);
+      if (i == 3 && round % 3 != 0)
+        for (auto& t : block.triangles) std::swap(t[1], t[2]);
+      append(mesh, block);
+    }
+    const MeshDistance distance(weld(mesh));
+    const Bounds& box = distance.bounds();
+    double seen = 0.0;
+    for (int k = 0; k < 20000; ++k) {
+      const Vector3 share(next(), next(), next());
+      seen = std::max(seen, distance.to_solid(box.low + share.cwiseProduct(box.high - box.low)));
+    }
+    const CoverClaim claim = claim_of({box_vertices(box.low, box.high)}, 0.97 * seen);
+    EXPECT_FALSE(check_cover(mesh, claim, 100000).is_proven) << round;
+  }
 }
 
 TEST(CoverProof, ATriangleWithoutAreaIsASegment) {
