@@ -125,14 +125,14 @@ class ExcessSearch {
     result.where = p;
   }
 
-  // Whether the tetrahedron, drawn in by half the resolution, is within the solid: no triangle meets it.
+  // Whether the tetrahedron, drawn in by half the resolution, is within the solid.
   bool is_solid(std::array<Vector3, 4> held) const {
     const Vector3 centre = 0.25 * ((held[0] + held[1]) + (held[2] + held[3]));
     double radius = 0.0;
     for (const Vector3& p : held) radius = std::max(radius, norm(p - centre));
     const double share = std::min(0.5, 0.5 * resolution_ / radius);
     for (Vector3& p : held) p += share * (centre - p);
-    return radius > 0.0 && mesh_.is_inside(centre) && mesh_.is_clear(held);
+    return radius > 0.0 && mesh_.is_solid(held);
   }
 
   bool counts(const Vector3& p) const {

@@ -194,6 +194,26 @@ MeshDistance::Nearest MeshDistance::nearest_within(const Vector3& p, Nearest kno
   return {std::sqrt(best), triangle};
 }
 
+bool MeshDistance::is_near(const Vector3& p, double distance) const {
+  const double most = distance * distance;
+  std::array<std::uint32_t, kDeepest> stack{};
+  int size = 0;
+  stack[size++] = 0;
+  while (size > 0) {
+    const Node& node = nodes_[stack[--size]];
+    for (std::uint32_t i = node.first; i < node.first + node.count; ++i)
+      if (squared_distance(p, corners_[i].a, corners_[i].b, corners_[i].c) <= most) return true;
+    if (node.count > 0) continue;
+    // The nearer child goes on top of the stack, as it is likelier to have such a triangle.
+    const double left = squared_distance(p, nodes_[node.first].low, nodes_[node.first].high),
+                 right = squared_distance(p, nodes_[node.first + 1].low, nodes_[node.first + 1].high);
+    const bool is_left_first = left <= right;
+    if ((is_left_first ? right : left) <= most) stack[size++] = node.first + (is_left_first ? 1 : 0);
+    if ((is_left_first ? left : right) <= most) stack[size++] = node.first + (is_left_first ? 0 : 1);
+  }
+  return false;
+}
+
 double MeshDistance::to_triangle(const Vector3& p, std::uint32_t triangle) const {
   const auto& i = mesh_.triangles[triangle];
   return std::sqrt(squared_distance(p, mesh_.vertices[i[0]], mesh_.vertices[i[1]], mesh_.vertices[i[2]]));
@@ -224,11 +244,64 @@ bool MeshDistance::all_near(const Bounds& box, double room, const Accepts& accep
   return true;
 }
 
-bool MeshDistance::is_clear(const std::array<Vector3, 4>& tetrahedron) const {
+int MeshDistance::groups_of_backs(const Vector3& from, std::span<const Corners* const> met,
+                                  double room) const {
+  struct Back {
+    const Corners* triangle;
+    Vector3 normal;  // unit
+    int group;
+    double above(const Vector3& p) const { return dot(normal, p - triangle->a); }
+  };
+  const auto is_all = [room](const Back& of, const Corners& t, double side) {
+    return side * of.above(t.a) <= room && side * of.above(t.b) <= room && side * of.above(t.c) <= room;
+  };
+  const auto excludes = [&](const Back& first, const Back& second) {
+    return is_all(first, *second.triangle, 1.0) || is_all(second, *first.triangle, -1.0);
+  };
+  std::vector<Back> backs;
+  int groups = 0;
+  for (const Corners* t : met) {
+    const Vector3 across = cross(t->b - t->a, t->c - t->a);
+    const double area = norm(across);
+    Back back{t, area > 0.0 ? Vector3(across / area) : Vector3(Vector3::Zero()), groups};
+    if (area > 0.0 && back.above(from) > room) continue;
+    // It joins the first group all of which it excludes; one without area none.
+    for (int group = 0; area > 0.0 && group < groups && back.group == groups; ++group)
+      if (std::all_of(backs.begin(), backs.end(), [&](const Back& other) {
+            return other.group != group || (excludes(back, other) && excludes(other, back));
+          }))
+        back.group = group;
+    groups = std::max(groups, back.group + 1);
+    backs.push_back(back);
+  }
+  return groups;
+}
+
+bool MeshDistance::is_solid(const std::array<Vector3, 4>& tetrahedron) const {
+  constexpr std::size_t kMostMet = 24;  // of more triangles a part is looked at
+  constexpr int kMostBacks = 2;         // more shells hardly lie in each other
   Bounds box;
   for (const Vector3& p : tetrahedron) box.add(p);
   const double room = 0x1p-46 * largest_coordinate_;
-  return all_near(box, room, [&](const Corners& t) { return are_apart(tetrahedron, {t.a, t.b, t.c}, room); });
+  std::array<const Corners*, kMostMet> met{};
+  std::size_t count = 0;
+  const bool are_few = all_near(box, room, [&](const Corners& t) {
+    if (are_apart(tetrahedron, {t.a, t.b, t.c}, room)) return true;
+    if (count == kMostMet) return false;
+    met[count++] = &t;
+    return true;
+  });
+  if (!are_few) return false;
+  // Its middle and its corners are asked in turn.
+  const Vector3 middle = 0.25 * ((tetrahedron[0] + tetrahedron[1]) + (tetrahedron[2] + tetrahedron[3]));
+  if (count == 0) return is_inside(middle);
+  for (const Vector3& from : {middle, tetrahedron[0], tetrahedron[1], tetrahedron[2], tetrahedron[3]}) {
+    const int backs = groups_of_backs(from, std::span<const Corners* const>(met).first(count), room);
+    if (backs > kMostBacks) continue;
+    const std::optional<int> winding = winding_about(from);
+    if (winding && *winding > backs) return true;
+  }
+  return false;
 }
 
 // A wall without a rim in the box: the other triangle at an edge in the box is one of these, turned alike and
@@ -275,7 +348,7 @@ bool MeshDistance::count_crossings(const Vector3& p, const Vector3& direction, i
       const double lowest = std::min({u, v, w}), along = dot(ac, q);
       if (lowest < -t.edge) continue;
       if (std::abs(det) <= t.edge || lowest <= t.edge) return false;
-      if (sign * along > 0.0) winding += det > 0.0 ? 1 : -1;
+      if (sign * along > 0.0) winding += det < 0.0 ? 1 : -1;  // outwards
     }
   }
   return true;
@@ -283,6 +356,10 @@ bool MeshDistance::count_crossings(const Vector3& p, const Vector3& direction, i
 
 bool MeshDistance::is_inside(const Vector3& p) const {
   if (!has_closed_ || (p - bounds_.low).minCoeff() < 0.0 || (bounds_.high - p).minCoeff() < 0.0) return false;
+  return winding_about(p).value_or(0) != 0;
+}
+
+std::optional<int> MeshDistance::winding_about(const Vector3& p) const {
   // Directions without a pattern, the first towards the nearest side; one that meets no edge decides.
   Eigen::Index low_axis = 0, high_axis = 0;
   const double to_low = (p - bounds_.low).minCoeff(&low_axis);
@@ -293,12 +370,12 @@ bool MeshDistance::is_inside(const Vector3& p) const {
   direction(axis) = to_low < to_high ? -0.9829 : 0.9829;
   int winding = 0;
   for (int attempt = 0; attempt < 40; ++attempt) {
-    if (count_crossings(p, direction, winding)) return winding != 0;
+    if (count_crossings(p, direction, winding)) return winding;
     direction = Vector3(direction.y() * 1.137 - 0.319 * direction.z(), direction.z() + 0.271 * direction.x(),
                         direction.x() - 0.613 * direction.y());
     direction /= norm(direction);
   }
-  return winding != 0;
+  return std::nullopt;
 }
 
 double MeshDistance::signed_distance(const Vector3& p) const {

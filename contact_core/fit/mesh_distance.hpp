@@ -2,6 +2,8 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "touchstone/contact_core/fit/triangle_mesh.hpp"
@@ -51,13 +53,21 @@ class MeshDistance {
   Nearest nearest_from(const Vector3& p, std::uint32_t triangle) const {
     return nearest_within(p, {to_triangle(p, triangle), triangle});
   }
+  /// Whether the surface is within a distance [m] of a point: sooner known than how far it is.
+  bool is_near(const Vector3& p, double distance) const;
   /// Distance of a point to one triangle [m].
   double to_triangle(const Vector3& p, std::uint32_t triangle) const;
   /// The point of a triangle that is nearest to p.
   Vector3 closest_on(const Vector3& p, std::uint32_t triangle) const;
-  /// Whether no triangle meets a tetrahedron: each has a plane between, with room for rounding. May say no
-  /// where it is so.
-  bool is_clear(const std::array<Vector3, 4>& tetrahedron) const;
+  /// Whether the closed shells wind about all of a tetrahedron, with room for rounding. May say no where they
+  /// do.
+  ///
+  /// On the straight way from a point of it to another the winding number falls by one at each triangle whose
+  /// back the first one sees, at most once at each, and nowhere else. Of two such triangles the way meets one
+  /// after the other only where the second one is in front of the first somewhere, and the first one behind
+  /// the second. So it is enough that the winding number is larger at one point than the number of groups of
+  /// triangles that meet the tetrahedron, show that point their back, and of which the way meets one at most.
+  bool is_solid(const std::array<Vector3, 4>& tetrahedron) const;
   /// Whether one flat wall, and nothing else, meets a box: every triangle that does is of a closed shell,
   /// within `room` [m] of the plane, and faces along its normal, or all face against it. The plane's part in
   /// the box then is surface throughout. May say no where it is so.
@@ -82,9 +92,12 @@ class MeshDistance {
   };
 
   Nearest nearest_within(const Vector3& p, Nearest known) const;
+  int groups_of_backs(const Vector3& from, std::span<const Corners* const> met, double room) const;
   template <class Accepts>
   bool all_near(const Bounds& box, double room, const Accepts& accepts) const;
   void split(std::uint32_t node, std::uint32_t begin, std::uint32_t end);
+  /// Nothing on the surface, and within rounding of it.
+  std::optional<int> winding_about(const Vector3& p) const;
   /// Winding number by one ray; false where the ray meets an edge to rounding.
   bool count_crossings(const Vector3& p, const Vector3& direction, int& winding) const;
 
