@@ -18,6 +18,30 @@ Vector3 octant(int i) {
   return {(i & 4) != 0 ? 1.0 : -1.0, (i & 2) != 0 ? 1.0 : -1.0, (i & 1) != 0 ? 1.0 : -1.0};
 }
 
+// A side of a cube, cut by half spaces: each adds a corner at most. Where rounding would add more they are
+// left out.
+class ClippedFace {
+ public:
+  void add(const Vector3& p) {
+    if (count_ < corners_.size()) corners_[count_++] = p;
+  }
+  void clip(const Plane& plane) {
+    const std::array<Vector3, 10> before = corners_;
+    const std::size_t count = std::exchange(count_, 0);
+    for (std::size_t i = 0; i < count; ++i) {
+      const Vector3 &p = before[i], &q = before[(i + 1) % count];
+      const double hp = plane.signed_distance(p), hq = plane.signed_distance(q);
+      if (hp <= 0.0) add(p);
+      if ((hp < 0.0 && hq > 0.0) || (hp > 0.0 && hq < 0.0)) add(p + (q - p) * (hp / (hp - hq)));
+    }
+  }
+  std::span<const Vector3> corners() const { return std::span(corners_).first(count_); }
+
+ private:
+  std::array<Vector3, 10> corners_;
+  std::size_t count_ = 0;
+};
+
 }  // namespace
 
 bool LimitBox::touches(const Vector3& centre, double half) const {
@@ -25,6 +49,12 @@ bool LimitBox::touches(const Vector3& centre, double half) const {
                 reach = half * rotate_back(axes.cwiseAbs(), Vector3::Ones());
   return ((box.low - middle).array() <= reach.array()).all() &&
          ((middle - box.high).array() <= reach.array()).all();
+}
+
+bool LimitBox::touches(std::span<const Vector3> corners) const {
+  Bounds about;
+  for (const Vector3& p : corners) about.add(rotate_back(axes, p));
+  return (box.low - about.high).maxCoeff() <= 0.0 && (about.low - box.high).maxCoeff() <= 0.0;
 }
 
 // The point that a growing face meets first: `best` is how far it goes until then.
@@ -85,7 +115,11 @@ struct AllowedSpace::Query {
   }
 
   void meet(const Vector3& p, double limit) {
-    if (!holds(p)) return;
+    if (holds(p)) meet_at(p, limit);
+  }
+
+  /// The same of a point that is known to be between the other faces.
+  void meet_at(const Vector3& p, double limit) {
     double at = 0.0;
     if (face >= 0) {
       at = std::max(0.0, solid.planes[face].signed_distance(p) - kSlack * limit);
@@ -112,6 +146,18 @@ double AllowedSpace::least_limit(const Vector3& centre, double half) const {
   for (const LimitBox& each : boxes_)
     if (each.touches(centre, half)) least = std::min(least, each.limit);
   return least;
+}
+
+double AllowedSpace::least_limit(const std::array<Vector3, 8>& corners) const {
+  double least = over_;
+  for (const LimitBox& each : boxes_)
+    if (each.touches(corners)) least = std::min(least, each.limit);
+  return least;
+}
+
+bool AllowedSpace::holds_forbidden(const SixPlanes& solid) const {
+  return std::any_of(forbidden_.begin(), forbidden_.end(),
+                     [&](const Vector3& p) { return solid.above(p) <= 0.0; });
 }
 
 AllowedSpace::Cell AllowedSpace::make_cell(const Vector3& centre, double half, const Cell* parent) const {
@@ -330,19 +376,24 @@ bool AllowedSpace::search_children(Query& query, std::uint32_t index, unsigned f
   return true;
 }
 
-// As points, as close as leaves are.
+// Nothing of a block is allowed. The face first meets a corner of what the block shares with the room between
+// the other faces: one on the block's surface, or a corner of the solid within.
 void AllowedSpace::search_block(Query& query, const Vector3& centre, double half, double limit,
                                 unsigned faces) const {
-  if (query.best <= 0.0) return;
   const Vector3 size = Vector3::Constant(half);
-  if (query.earliest(centre, size) >= query.best || query.is_beside(centre, size, faces)) return;
-  query.meet(centre, limit);
-  if (half <= kLeaf * limit) return;
-  for (int i = 0; i < 8; ++i) search_block(query, centre + 0.5 * half * octant(i), 0.5 * half, limit, faces);
+  for (const auto& loop : Hexahedron::kFaceVertices) {
+    ClippedFace face;
+    for (const int corner : loop) face.add(centre + half * octant(corner));
+    for (int f = 0; f < 6; ++f)
+      if ((faces >> f & 1U) != 0) face.clip(query.solid.planes[f]);
+    for (const Vector3& p : face.corners()) query.meet_at(p, limit);
+  }
+  for (const Vector3& p : query.solid.corners())
+    if (((p - centre).cwiseAbs().array() <= size.array()).all()) query.meet_at(p, limit);
 }
 
 bool AllowedSpace::allows(const Vector3& p) const {
-  return mesh_.nearest(p).distance <= limit_at(p) || mesh_.is_inside(p);
+  return mesh_.is_near(p, limit_at(p)) || mesh_.is_inside(p);
 }
 
 bool AllowedSpace::allows(const SixPlanes& solid) {

@@ -21,6 +21,8 @@ struct LimitBox {
 
   /// Whether a cube, half of whose width is `half`, may touch it: for sure where it does.
   bool touches(const Vector3& centre, double half) const;
+  /// The same of the hull of these points.
+  bool touches(std::span<const Vector3> corners) const;
 };
 
 /// Where a cover may go: within `over` of the solid, in boxes of their own within these boxes' limits.
@@ -38,6 +40,11 @@ class AllowedSpace {
   double limit_at(const Vector3& p) const;
   /// The least that is allowed at any point of a cube, half of whose width is `half` [m].
   double least_limit(const Vector3& centre, double half) const;
+  /// The least that is allowed at any point of a hexahedron with these corners, or of the box about them in
+  /// the axes of a box with an error of its own [m].
+  double least_limit(const std::array<Vector3, 8>& corners) const;
+  /// Whether the hexahedron holds a point that forbid() named.
+  bool holds_forbidden(const SixPlanes& solid) const;
   /// Whether a point keeps to it.
   bool allows(const Vector3& p) const;
   /// Whether the hexahedron keeps to what is allowed.

@@ -4,8 +4,10 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <optional>
 
 #include "touchstone/contact_core/fit/excess.hpp"
+#include "touchstone/contact_core/geometry/norms.hpp"
 
 namespace touchstone::fit {
 namespace {
@@ -16,6 +18,10 @@ constexpr double kWorthIt = 2.0;
 // Of the limit: what a wall across an axis may lean in a cell; how near to its sides no wall is looked at,
 // and what the box about a cell may leave beside the solid.
 constexpr double kLevel = 1e-3, kStep = 0.1;
+// Of the limit: how far a rectangle's corners may be off what is flat, a quarter of the limit thick; the rest
+// is left to the steps that hexahedra are judged in.
+constexpr double kBeside = 0.75;
+constexpr double kPieces = 12.0;  // that a prism is cut into along its axis, at most
 
 using Polygon = std::vector<Vector3>;
 
@@ -55,13 +61,17 @@ Polygon clipped(const Polygon& polygon, const Plane& plane, double sign) {
   return kept;
 }
 
-std::vector<Polygon> between(const std::vector<Polygon>& polygons, const Plane& from, const Plane& to) {
+std::vector<Polygon> parts_of(const std::vector<Polygon>& polygons, const Plane& plane, double sign) {
   std::vector<Polygon> kept;
   for (const Polygon& polygon : polygons) {
-    Polygon part = clipped(clipped(polygon, from, 1.0), to, -1.0);
+    Polygon part = clipped(polygon, plane, sign);
     if (!part.empty()) kept.push_back(std::move(part));
   }
   return kept;
+}
+
+std::vector<Polygon> between(const std::vector<Polygon>& polygons, const Plane& from, const Plane& to) {
+  return parts_of(parts_of(polygons, from, 1.0), to, -1.0);
 }
 
 Vector3 corner_of(const Vector3& low, const Vector3& high, int i) {
@@ -84,8 +94,8 @@ std::vector<Polygon> faces_of(const Vector3& low, const Vector3& high) {
   return faces;
 }
 
-// Whether all corners are within `thickness` of one plane.
-bool is_flat(const std::vector<Polygon>& polygons, double thickness) {
+// The normal of a plane that all corners are within `thickness` of.
+std::optional<Vector3> flat_normal(const std::vector<Polygon>& polygons, double thickness) {
   Vector3 normal = Vector3::Zero();
   for (const Polygon& polygon : polygons) {
     for (std::size_t i = 2; i < polygon.size(); ++i) {
@@ -94,7 +104,7 @@ bool is_flat(const std::vector<Polygon>& polygons, double thickness) {
     }
   }
   const double length = norm(normal);
-  if (length == 0.0) return false;
+  if (length == 0.0) return std::nullopt;
   normal /= length;
   double low = 1e300, high = -1e300;
   for (const Polygon& polygon : polygons) {
@@ -103,20 +113,18 @@ bool is_flat(const std::vector<Polygon>& polygons, double thickness) {
       high = std::max(high, dot(normal, p));
     }
   }
-  return high - low <= thickness;
+  if (high - low > thickness) return std::nullopt;
+  return normal;
 }
 
 }  // namespace
 
 class CellBuilder {
  public:
-  CellBuilder(Cells& cells, const MeshDistance& mesh, const AllowedSpace& allowed, double over,
+  /// @param largest a cell's width, at most [m]
+  CellBuilder(Cells& cells, const MeshDistance& mesh, const AllowedSpace& allowed, double largest,
               std::span<const Sectors> sectors)
-      : cells_(cells),
-        mesh_(mesh),
-        allowed_(allowed),
-        sectors_(sectors),
-        largest_(std::max(over / std::sqrt(3.0), mesh.bounds().diagonal() / 100.0)) {}
+      : cells_(cells), mesh_(mesh), allowed_(allowed), sectors_(sectors), largest_(largest) {}
 
   void build(double shift) {
     std::vector<Polygon> polygons;
@@ -126,6 +134,29 @@ class CellBuilder {
     const Vector3 margin = Vector3::Constant(1e-3 * largest_);
     const Vector3 shifted = shift * largest_ * Vector3(1.0, 0.7, 0.4);  // no two axes alike
     divide(mesh_.bounds().low - margin - shifted, mesh_.bounds().high + margin, polygons);
+  }
+
+  /// A cell a strip of its section, and a piece of its length. Its ends are not cut: no corner of a piece's
+  /// room is inside.
+  void add_prism(const TriangleMesh& mesh, const Prism& prism, std::uint32_t index) {
+    const double length = prism.high - prism.low;
+    const double pieces = std::ceil(std::min(length / largest_, kPieces));
+    std::vector<Polygon> strip_of;
+    for (const std::uint32_t t : prism.triangles)
+      strip_of.push_back({mesh.vertices[mesh.triangles[t][0]], mesh.vertices[mesh.triangles[t][1]],
+                          mesh.vertices[mesh.triangles[t][2]]});
+    for (std::size_t strip = 0; strip < prism.strips(); ++strip) {
+      std::vector<Polygon> rest = strip_of;
+      if (strip > 0) rest = parts_of(rest, {prism.up, -prism.borders[strip - 1]}, 1.0);
+      if (strip < prism.borders.size()) rest = parts_of(rest, {prism.up, -prism.borders[strip]}, -1.0);
+      for (double piece = 1.0; piece <= pieces; piece += 1.0) {
+        const Plane end = {prism.axis, -(prism.low + piece / pieces * length)};
+        add({}, piece < pieces ? parts_of(rest, end, -1.0) : rest);
+        cells_.cells_.back().prism = index;
+        cells_.cells_.back().strip = static_cast<std::uint32_t>(strip);
+        rest = parts_of(rest, end, 1.0);
+      }
+    }
   }
 
  private:
@@ -157,9 +188,47 @@ class CellBuilder {
     if (size > largest_) return true;
     const Vector3 middle = 0.5 * (low + high);
     const double limit = allowed_.limit_at(middle);
-    if (size <= limit / std::sqrt(3.0) || is_flat(polygons, 0.25 * limit)) return false;
+    if (size <= limit / std::sqrt(3.0) || is_plate(polygons, limit)) return false;
     return !is_worth_it(size, limit) ||
            !is_one_box(low, high, polygons, kStep * allowed_.least_limit(middle, 0.5 * size));
+  }
+
+  // Whether what is in a cell is flat, and a rectangle about it leaves no corner that is not allowed: one
+  // that stands as a hexahedron that starts from the cell does. At a slanted rim of a face there is none.
+  bool is_plate(const std::vector<Polygon>& polygons, double limit) const {
+    const std::optional<Vector3> normal = flat_normal(polygons, 0.25 * limit);
+    if (!normal) return false;
+    Eigen::Index across = 0;
+    normal->cwiseAbs().minCoeff(&across);
+    Vector3 longest = Vector3::Unit(across);
+    if (is_rectangle(polygons, *normal, longest)) return true;
+    if (norm_inf(*normal) >= 0.9999) return false;
+    double length = 0.0;
+    for (const Polygon& polygon : polygons) {
+      for (std::size_t i = 0; i < polygon.size(); ++i) {
+        const Vector3 edge = polygon[(i + 1) % polygon.size()] - polygon[i];
+        if (norm(edge) <= length) continue;
+        length = norm(edge);
+        longest = edge;
+      }
+    }
+    return is_rectangle(polygons, *normal, longest);
+  }
+
+  bool is_rectangle(const std::vector<Polygon>& polygons, const Vector3& normal, const Vector3& hint) const {
+    Vector3 x = hint - dot(hint, normal) * normal;
+    x /= norm(x);
+    const Vector3 y = cross(normal, x), &foot = polygons.front().front();
+    Bounds box;
+    for (const Polygon& polygon : polygons)
+      for (const Vector3& p : polygon) box.add({dot(x, p - foot), dot(y, p - foot), 0.0});
+    for (const double u : {box.low.x(), box.high.x()}) {
+      for (const double v : {box.low.y(), box.high.y()}) {
+        const Vector3 p = foot + u * x + v * y;
+        if (!mesh_.is_near(p, kBeside * allowed_.limit_at(p)) && !mesh_.is_inside(p)) return false;
+      }
+    }
+    return true;
   }
 
   static bool is_worth_it(double size, double limit) { return size > kWorthIt * limit / std::sqrt(3.0); }
@@ -255,8 +324,12 @@ class CellBuilder {
 };
 
 Cells::Cells(const MeshDistance& mesh, const AllowedSpace& allowed, double over,
-             std::span<const Sectors> sectors, double shift) {
-  CellBuilder(*this, mesh, allowed, over, sectors).build(shift);
+             std::span<const Sectors> sectors, double shift, std::span<const Prism> prisms) {
+  const double largest = std::max(over / std::sqrt(3.0), mesh.bounds().diagonal() / 100.0);
+  const std::optional<MeshDistance> rest = prisms.empty() ? std::nullopt : without(mesh, prisms);
+  if (prisms.empty() || rest) CellBuilder(*this, rest ? *rest : mesh, allowed, largest, sectors).build(shift);
+  CellBuilder builder(*this, mesh, allowed, largest, sectors);
+  for (std::uint32_t i = 0; i < prisms.size(); ++i) builder.add_prism(mesh.mesh(), prisms[i], i);
   index(0, static_cast<std::uint32_t>(cells_.size()));
 }
 

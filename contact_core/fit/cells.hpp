@@ -6,6 +6,7 @@
 
 #include "touchstone/contact_core/fit/allowed_space.hpp"
 #include "touchstone/contact_core/fit/mesh_distance.hpp"
+#include "touchstone/contact_core/fit/prisms.hpp"
 #include "touchstone/contact_core/fit/sectors.hpp"
 #include "touchstone/contact_core/fit/six_planes.hpp"
 
@@ -14,7 +15,8 @@
 namespace touchstone::fit {
 
 /// The solid to be covered, in pieces: it is cut by a tree of axis-aligned boxes, and about bores by half
-/// planes from the axis, so that one hexahedron a sector can hold all of its cells.
+/// planes from the axis, so that one hexahedron a sector can hold all of its cells. Prisms are cut by
+/// themselves, between their levels and across their axes.
 ///
 /// A cell's points are the corners of its clipped triangles and those of its box's corners that are inside.
 /// Their hull holds all of the solid in the box: an extreme point of what is in the box is a corner of one or
@@ -27,12 +29,15 @@ class Cells {
     std::uint32_t first = 0;  ///< of its points
     std::uint32_t count = 0;
     bool has_surface = false;
+    std::uint32_t prism = kNone;  ///< that it is a piece of
+    std::uint32_t strip = 0;      ///< of that prism
   };
+  static constexpr std::uint32_t kNone = 0xffffffff;
 
   /// @param shift of the tree's low corner, a share of the largest cell: where the cuts are is chance, and
   /// how few hexahedra hold all cells depends on it
   Cells(const MeshDistance& mesh, const AllowedSpace& allowed, double over,
-        std::span<const Sectors> sectors = {}, double shift = 0.0);
+        std::span<const Sectors> sectors = {}, double shift = 0.0, std::span<const Prism> prisms = {});
 
   std::size_t size() const { return cells_.size(); }
   const Cell& cell(std::size_t i) const { return cells_[i]; }

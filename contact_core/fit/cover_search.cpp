@@ -112,17 +112,24 @@ struct Share {
 }  // namespace
 
 CoverSearch::CoverSearch(const MeshDistance& mesh, const Cells& cells, AllowedSpace& space, double over,
-                         std::span<const Sectors> sectors, const SearchEffort& effort,
-                         const std::function<void(double)>& progress)
+                         std::span<const Sectors> sectors, std::span<const Prism> prisms,
+                         const SearchEffort& effort, const std::function<void(double)>& progress)
     : mesh_(mesh),
       cells_(cells),
       space_(space),
       sectors_(sectors),
+      prisms_(prisms),
+      over_(over),
       growth_(mesh, space, over / 16.0),
       effort_(effort),
       progress_(progress),
-      all_((cells.size() + 63) / 64, 0) {
-  for (std::size_t i = 0; i < cells.size(); ++i) set(all_, i);
+      all_((cells.size() + 63) / 64, 0),
+      settled_(all_) {
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    set(all_, i);
+    if (cells.cell(i).prism == first_of_prism_.size()) first_of_prism_.push_back(i);
+  }
+  first_of_prism_.push_back(cells.size());
   main_frames_.push_back(box_normals(Vector3::UnitX(), Vector3::UnitY(), Vector3::UnitZ()));
   const Vector3 z = main_direction(mesh.mesh(), Vector3::Zero());
   if (norm(z) == 0.0) return;
@@ -191,7 +198,99 @@ void CoverSearch::add(Candidate candidate) {
   pool_.push_back(std::move(candidate));
 }
 
+std::vector<Vector3> CoverSearch::points_of(std::uint32_t prism, const Window& strips,
+                                            std::size_t first_piece, std::size_t last_piece) const {
+  const std::size_t first = first_of_prism_[prism];
+  const std::size_t pieces = (first_of_prism_[prism + 1] - first) / prisms_[prism].strips();
+  std::vector<Vector3> points;
+  for (std::size_t strip = strips.first; strip <= strips.last; ++strip)
+    for (std::size_t piece = first_piece; piece <= last_piece; ++piece) {
+      const std::span<const Vector3> more = cells_.points(first + strip * pieces + piece);
+      points.insert(points.end(), more.begin(), more.end());
+    }
+  return points;
+}
+
+bool CoverSearch::is_about(std::uint32_t prism, const SixPlanes& solid) const {
+  return prisms_[prism].is_about(solid, space_.least_limit(solid.corners())) &&
+         !space_.holds_forbidden(solid);
+}
+
+// The most strips about the cell's that a slab holds, with each lowest one.
+std::vector<CoverSearch::Window> CoverSearch::windows(std::size_t cell, double limit) const {
+  const std::uint32_t index = cells_.cell(cell).prism, strip = cells_.cell(cell).strip;
+  const Prism& prism = prisms_[index];
+  const std::size_t first = first_of_prism_[index],
+                    pieces = (first_of_prism_[index + 1] - first) / prism.strips(),
+                    piece = (cell - first) % pieces;
+  const auto fits = [&](std::size_t low, std::size_t high) {
+    return prism.is_about(prism.slab(points_of(index, {low, high}, piece, piece), low, high), limit);
+  };
+  std::vector<Window> result;
+  std::size_t high = strip;
+  if (!fits(strip, strip)) return result;
+  while (high + 1 < prism.strips() && fits(strip, high + 1)) ++high;
+  result.push_back({strip, high});
+  for (std::size_t low = strip; low-- > 0;) {
+    while (high > strip && !fits(low, high)) --high;
+    if (high == strip && !fits(low, high)) break;
+    if (result.back().last == high) result.pop_back();
+    result.push_back({low, high});
+  }
+  return result;
+}
+
+// Slabs of the prism that hold the cell. Each goes along all of it, or as far as what is allowed lets it.
+bool CoverSearch::grow_prism(std::size_t cell) {
+  const std::uint32_t index = cells_.cell(cell).prism;
+  const Prism& prism = prisms_[index];
+  const std::size_t first = first_of_prism_[index],
+                    pieces = (first_of_prism_[index + 1] - first) / prism.strips(),
+                    piece = (cell - first) % pieces;
+  const double slack = 1e-9 * mesh_.bounds().diagonal();
+  const auto slab = [&](const Window& strips, std::size_t from, std::size_t to) {
+    SixPlanes solid = prism.slab(points_of(index, strips, from, to), strips.first, strips.last);
+    for (Plane& plane : solid.planes) plane.offset -= slack;
+    return solid;
+  };
+  // Some hold what is near with a smaller error, others what is elsewhere with the large one.
+  const Bounds about = {cells_.cell(cell).low, cells_.cell(cell).high};
+  const double near = space_.least_limit(0.5 * (about.low + about.high), 0.5 * about.diagonal());
+  bool has_grown = false;
+  for (const double limit : {near, over_}) {
+    for (const Window& strips : windows(cell, limit - slack)) {
+      SixPlanes solid = slab(strips, 0, pieces - 1);
+      if (!is_about(index, solid)) {
+        const SixPlanes whole = solid;
+        solid = slab(strips, piece, piece);
+        if (!is_about(index, solid)) continue;
+        for (const int end : {4, 5}) {
+          const double from = solid.planes[end].offset, way = whole.planes[end].offset - from;
+          const double share = largest_share([&](double s) {
+            solid.planes[end].offset = from + s * way;
+            return is_about(index, solid);
+          });
+          solid.planes[end].offset = from + share * way;
+        }
+      }
+      Candidate grown = candidate(solid);
+      grown.prism = index;
+      add(std::move(grown));
+      has_grown = true;
+    }
+    if (near == over_) break;
+  }
+  return has_grown;
+}
+
+// Whether a candidate's place may be taken.
+bool CoverSearch::may_be(const Candidate& candidate, const SixPlanes& instead) {
+  return candidate.prism == Cells::kNone ? growth_.allows(instead) : is_about(candidate.prism, instead);
+}
+
 void CoverSearch::grow_from(std::size_t cell) {
+  if (has(settled_, cell)) return;
+  if (cells_.cell(cell).prism != Cells::kNone && grow_prism(cell)) return;
   const std::vector<Normals> frames = frames_at(cell);
   bool has_grown = false;
   for (const Normals& frame : frames) {
@@ -215,10 +314,29 @@ void CoverSearch::grow_from(std::size_t cell) {
   add(candidate(box));
 }
 
+// A hexahedron's points in a lattice: its proof looks at the others.
+bool CoverSearch::allows_samples(const SixPlanes& solid) const {
+  constexpr int kSteps = 6;
+  if (!solid.is_hexahedron() || space_.holds_forbidden(solid)) return false;
+  const std::array<Vector3, 8> corners = solid.corners();
+  for (int i = 0; i <= kSteps; ++i)
+    for (int j = 0; j <= kSteps; ++j)
+      for (int k = 0; k <= kSteps; ++k) {
+        const std::array<double, 3> at = {1.0 * i / kSteps, 1.0 * j / kSteps, 1.0 * k / kSteps};
+        Vector3 p = Vector3::Zero();
+        for (int c = 0; c < 8; ++c)
+          p += ((c & 4) != 0 ? at[0] : 1.0 - at[0]) * ((c & 2) != 0 ? at[1] : 1.0 - at[1]) *
+               ((c & 1) != 0 ? at[2] : 1.0 - at[2]) * corners[c];
+        if (!space_.allows(p)) return false;
+      }
+  return true;
+}
+
 // A hexahedron a sector, from the cells at the bore's wall outwards.
 void CoverSearch::grow_sectors(const Sectors& sectors) {
   constexpr std::array<std::array<int, 3>, 2> kOutwards = {{{4, 5, 1}, {1, 4, 5}}};
   const double slack = 1e-9 * mesh_.bounds().diagonal();
+  const bool is_ring = sectors.is_ring(over_);
   // Each sector collects the points of cells about the bore whose middle is in it.
   std::vector<std::vector<Vector3>> points(static_cast<std::size_t>(sectors.count));
   for (std::size_t cell = 0; cell < cells_.size(); ++cell) {
@@ -245,6 +363,12 @@ void CoverSearch::grow_sectors(const Sectors& sectors) {
                 -sectors.bore.axis, sectors.bore.axis},
         points[i]);
     for (Plane& plane : start.planes) plane.offset -= slack;
+    if (is_ring && allows_samples(start)) {
+      Candidate whole = candidate(start);
+      cover(settled_, whole);
+      add(std::move(whole));
+      continue;
+    }
     if (!growth_.allows(start)) continue;
     for (const auto& order : kOutwards) {
       SixPlanes solid = start;
@@ -317,6 +441,7 @@ std::size_t CoverSearch::some_uncovered(const Bits& covered) {
 
 // The same hexahedron with its faces turned outwards may hold more.
 void CoverSearch::improve_best(std::size_t index, const Bits& covered) {
+  if (pool_[index].prism != Cells::kNone) return;  // its sides lean as they hold most
   SixPlanes solid = pool_[index].solid;
   growth_.tilt(solid);
   growth_.push(solid, kOrders[6]);
@@ -453,7 +578,7 @@ std::vector<SixPlanes> CoverSearch::shrunk(const std::vector<std::size_t>& chose
     if (tight.is_hexahedron()) solid = tight;
     for (const Normals& frame : main_frames_) {
       const SixPlanes box = plate(frame, needed[c], thinnest);
-      if (volume(box) < volume(solid) && growth_.allows(box)) solid = box;
+      if (volume(box) < volume(solid) && may_be(pool_[chosen[c]], box)) solid = box;
     }
     result.push_back(solid);
   }
@@ -463,6 +588,7 @@ std::vector<SixPlanes> CoverSearch::shrunk(const std::vector<std::size_t>& chose
 // Candidates that hold a refused point go, and no new one will hold it; what they covered is covered anew.
 void CoverSearch::replace(std::vector<std::size_t>& chosen, std::span<const Vector3> refused) {
   for (const Vector3& p : refused) space_.forbid(p);
+  settled_.assign(settled_.size(), 0);
   const auto is_refused = [&](std::size_t i) {
     return std::any_of(refused.begin(), refused.end(),
                        [&](const Vector3& p) { return pool_[i].solid.above(p) <= 0.0; });

@@ -35,7 +35,7 @@ using Check = std::function<std::optional<Vector3>(const SixPlanes&)>;
 class CoverSearch {
  public:
   CoverSearch(const MeshDistance& mesh, const Cells& cells, AllowedSpace& space, double over,
-              std::span<const Sectors> sectors, const SearchEffort& effort,
+              std::span<const Sectors> sectors, std::span<const Prism> prisms, const SearchEffort& effort,
               const std::function<void(double)>& progress);
 
   /// @return hexahedra that hold all cells, each shrunk to what it alone must hold.
@@ -54,10 +54,21 @@ class CoverSearch {
   struct Candidate {
     SixPlanes solid;
     std::vector<Word> held;
-    std::size_t count = 0;  ///< of cells held
+    std::size_t count = 0;               ///< of cells held
+    std::uint32_t prism = Cells::kNone;  ///< that it is a slab of: by that alone it keeps to what is allowed
+  };
+  struct Window {
+    std::size_t first, last;  ///< strips of a prism
   };
 
   void grow_from(std::size_t cell);
+  bool grow_prism(std::size_t cell);
+  bool allows_samples(const SixPlanes& solid) const;
+  std::vector<Window> windows(std::size_t cell, double limit) const;
+  std::vector<Vector3> points_of(std::uint32_t prism, const Window& strips, std::size_t first_piece,
+                                 std::size_t last_piece) const;
+  bool is_about(std::uint32_t prism, const SixPlanes& solid) const;
+  bool may_be(const Candidate& candidate, const SixPlanes& instead);
   void grow_sectors(const Sectors& sectors);
   Candidate candidate(const SixPlanes& solid) const;
   void add(Candidate candidate);
@@ -88,6 +99,9 @@ class CoverSearch {
   const Cells& cells_;
   AllowedSpace& space_;
   std::span<const Sectors> sectors_;
+  std::span<const Prism> prisms_;
+  std::vector<std::size_t> first_of_prism_;  ///< cell: strip by strip, each piece by piece
+  double over_;
   Growth growth_;
   SearchEffort effort_;
   const std::function<void(double)>& progress_;  ///< of a share from 0 to 1; may be empty
@@ -95,6 +109,7 @@ class CoverSearch {
   std::vector<Candidate> pool_;
   std::unordered_multimap<std::uint64_t, std::size_t> by_held_;  ///< candidates by a hash of what they hold
   Bits all_;
+  Bits settled_;  ///< cells that sectors of rings hold: what grows from them gains nothing
   std::uint64_t state_ = 88172645463325252U;
   double done_ = 0.0;  ///< as said last
 };

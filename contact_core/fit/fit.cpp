@@ -9,6 +9,7 @@
 #include "touchstone/contact_core/fit/cover_search.hpp"
 #include "touchstone/contact_core/fit/excess.hpp"
 #include "touchstone/contact_core/fit/main_axes.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/pose.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
@@ -19,6 +20,7 @@ using fit::AllowedSpace;
 using fit::Cells;
 using fit::CoverSearch;
 using fit::LimitBox;
+using fit::Prism;
 using fit::Sectors;
 using fit::SixPlanes;
 
@@ -76,11 +78,13 @@ struct View {
 // Whether hexahedra keep to what is asked, each looked at once, and their figures.
 class Measures {
  public:
-  Measures(const View& view, const FitOptions& options) : view_(view), mesh_(view.mesh), options_(options) {}
+  Measures(const View& view, const FitOptions& options, std::span<const Prism> prisms)
+      : view_(view), mesh_(view.mesh), options_(options), prisms_(prisms) {}
 
   /// A point that does not keep to it, or that may not, as the search has it.
   std::optional<Vector3> refused(const SixPlanes& solid) {
     const std::array<Vector3, 8> vertices = view_.corners(solid);
+    if (about_prism(solid) <= least_over(vertices)) return std::nullopt;
     const auto known = std::find_if(verdicts_.begin(), verdicts_.end(),
                                     [&](const auto& each) { return each.first == vertices; });
     const std::optional<Vector3>& point =
@@ -93,12 +97,18 @@ class Measures {
     fit.region_excess.assign(options_.regions.size(), 0.0);
     for (std::size_t i = 0; i < solids.size(); ++i) {
       const std::array<Vector3, 8> vertices = view_.corners(solids[i]);
-      const ExcessBound whole = bound(vertices, options_.over, fit.excess, nullptr);
+      const double about = about_prism(solids[i]);
+      const bool is_slab = about <= least_over(vertices);
+      const ExcessBound whole = is_slab ? ExcessBound{0.0, about, vertices[0]}
+                                        : bound(vertices, options_.over, fit.excess, nullptr);
       fit.hexahedra.push_back({vertices, whole.most, whole.where});
       fit.excess = std::max(fit.excess, whole.most);
       for (std::size_t r = 0; r < options_.regions.size(); ++r) {
+        if (!touches(vertices, options_.regions[r].box)) continue;
         double& most = fit.region_excess[r];
-        most = std::max(most, bound(vertices, options_.regions[r].over, most, &options_.regions[r].box).most);
+        most = std::max(
+            most,
+            is_slab ? about : bound(vertices, options_.regions[r].over, most, &options_.regions[r].box).most);
       }
       if (options_.progress)
         options_.progress("measure", static_cast<double>(i + 1) / static_cast<double>(solids.size()));
@@ -107,6 +117,29 @@ class Measures {
   }
 
  private:
+  // No point of it is farther from the solid, as one prism tells; infinite where none does.
+  double about_prism(const SixPlanes& solid) const {
+    const std::array<Vector3, 8> corners = solid.corners();
+    double least = kInfinity;
+    for (const Prism& prism : prisms_)
+      if (touches(corners, prism.box)) least = std::min(least, prism.bound(corners));
+    return least;
+  }
+
+  static bool touches(const std::array<Vector3, 8>& vertices, const Bounds& box) {
+    Bounds about;
+    for (const Vector3& p : vertices) about.add(p);
+    return (about.low - box.high).maxCoeff() <= 0.0 && (box.low - about.high).maxCoeff() <= 0.0;
+  }
+
+  // That is asked of it somewhere.
+  double least_over(const std::array<Vector3, 8>& vertices) const {
+    double least = options_.over;
+    for (const FitRegion& region : options_.regions)
+      if (touches(vertices, region.box)) least = std::min(least, region.over);
+    return least;
+  }
+
   std::optional<Vector3> beyond(const std::array<Vector3, 8>& vertices) const {
     const ExcessBound whole = bound_excess(mesh_, vertices, options_.over / kClosest, options_.over);
     if (whole.most > options_.over) return whole.where;
@@ -132,6 +165,7 @@ class Measures {
   const View& view_;
   const MeshDistance& mesh_;
   const FitOptions& options_;
+  std::span<const Prism> prisms_;
   std::deque<std::pair<std::array<Vector3, 8>, std::optional<Vector3>>> verdicts_;
 };
 
@@ -150,24 +184,30 @@ constexpr std::array<Start, 6> kStarts = {
 constexpr double kVisitsARepair = 1.25e6;  // that a try may take on average for others to follow it
 constexpr std::array<double, 3> kSmallerShares = {0.9, 0.8, 0.65};
 
-Fit fit_within(const View& view, std::span<const RoundPart> rounds, const FitOptions& options,
-               const Start& start, std::uint64_t& visits) {
+// What of a mesh has a cover of a known form.
+struct Parts {
+  std::vector<RoundPart> rounds;
+  std::vector<Prism> prisms;
+};
+
+Fit fit_within(const View& view, const Parts& parts, const FitOptions& options, const Start& start,
+               std::uint64_t& visits) {
   const MeshDistance& mesh = view.turned;
   const double share = start.share;
   const std::vector<LimitBox> boxes =
       limit_boxes(options, share, view.axes ? *view.axes : Matrix3(Matrix3::Identity()));
   AllowedSpace space(mesh, share * options.over, boxes);
   if (options.progress) options.progress("cut", 0.0);
-  const std::vector<Sectors> sectors = fit::sectors_about_bores(rounds, space);
-  const Cells cells(mesh, space, share * options.over, sectors, start.shift);
+  const std::vector<Sectors> sectors = fit::sectors_about_bores(parts.rounds, space);
+  const Cells cells(mesh, space, share * options.over, sectors, start.shift, parts.prisms);
   fit::SearchEffort effort;
   effort.repairs = options.repairs;
   const std::function<void(double)> progress = [&](double done) {
     if (options.progress) options.progress("search", done);
   };
-  CoverSearch search(mesh, cells, space, share * options.over, sectors, effort, progress);
+  CoverSearch search(mesh, cells, space, share * options.over, sectors, parts.prisms, effort, progress);
   const double margin = 0x1p-45 * mesh.largest_coordinate();
-  Measures measures(view, options);
+  Measures measures(view, options, parts.prisms);
   Fit fit = measures.fit(search.run(options.over / 64.0, margin,
                                     [&](const SixPlanes& solid) { return measures.refused(solid); }));
   fit.pieces = cells.size();
@@ -181,20 +221,20 @@ bool is_better(const Fit& fit, const Fit& than) {
 }
 
 Fit fit_in(const View& view, const FitOptions& options) {
-  const std::vector<RoundPart> rounds = find_round_parts(view.turned);
+  const Parts parts = {find_round_parts(view.turned), fit::find_prisms(view.turned, options.over)};
   const double budget = kVisitsARepair * options.repairs * options.tries;
   std::optional<Fit> best;
   std::uint64_t visits = 0;
   for (int i = 0; i < options.tries; ++i) {
     // Another try takes what the tries so far took on average.
     if (best && static_cast<double>(visits) * (i + 1) / i > budget) break;
-    Fit fit = fit_within(view, rounds, options, kStarts[i % kStarts.size()], visits);
+    Fit fit = fit_within(view, parts, options, kStarts[i % kStarts.size()], visits);
     if (keeps_to(fit, options) && (!best || is_better(fit, *best))) best = std::move(fit);
   }
   if (best) return *std::move(best);
   // The search filters; where that let something through, it looks again with less to spend.
   for (const double share : kSmallerShares) {
-    Fit fit = fit_within(view, rounds, options, {share, 0.0}, visits);
+    Fit fit = fit_within(view, parts, options, {share, 0.0}, visits);
     if (keeps_to(fit, options)) return fit;
   }
   reject("fit", "no cover within " + figure(options.over) + " m was found");

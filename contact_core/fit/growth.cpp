@@ -5,20 +5,6 @@
 namespace touchstone::fit {
 namespace {
 
-// The largest share of the change in (0, 1] that is allowed, 0 for none: what is allowed of a growing solid
-// is allowed of all before it.
-template <class Try>
-double largest_share(const Try& is_allowed) {
-  constexpr double kFinest = 1.0 / 64.0;
-  if (is_allowed(1.0)) return 1.0;
-  double low = 0.0, high = 1.0;
-  while (high - low > kFinest) {
-    const double middle = 0.5 * (low + high);
-    (is_allowed(middle) ? low : high) = middle;
-  }
-  return low;
-}
-
 Plane through(const Vector3& a, const Vector3& b, const Vector3& c, const Vector3& outwards) {
   Vector3 n = cross(b - a, c - a);
   const double length = norm(n);
@@ -39,10 +25,11 @@ double Growth::reach(const Plane& plane) const {
   return plane.signed_distance(far);
 }
 
-bool Growth::has_good_corners(const SixPlanes& solid) const {
+bool Growth::has_good_corners(const SixPlanes& solid, int face) const {
   if (!solid.is_hexahedron()) return false;
   const std::array<Vector3, 8> corners = solid.corners();
-  return std::all_of(corners.begin(), corners.end(), [this](const Vector3& p) { return space_.allows(p); });
+  const auto& loop = Hexahedron::kFaceVertices[face];
+  return std::all_of(loop.begin(), loop.end(), [&](int i) { return space_.allows(corners[i]); });
 }
 
 bool Growth::push_face(SixPlanes& solid, int face) {
@@ -53,7 +40,7 @@ bool Growth::push_face(SixPlanes& solid, int face) {
   const double offset = solid.planes[face].offset;
   const double share = largest_share([&](double s) {
     solid.planes[face].offset = offset - s * room;
-    return has_good_corners(solid);
+    return has_good_corners(solid, face);
   });
   solid.planes[face].offset = offset - share * room;
   return share > 0.0;
@@ -84,7 +71,7 @@ bool Growth::tilt_face(SixPlanes& solid, int face, int edge) {
   if (slope * width <= resolution_) return false;
   const double share = largest_share([&](double s) {
     solid.planes[face] = through(a, b, c + s * slope * width * before.normal, before.normal);
-    return has_good_corners(solid);
+    return has_good_corners(solid, face);
   });
   if (share > 0.0)
     solid.planes[face] = through(a, b, c + share * slope * width * before.normal, before.normal);

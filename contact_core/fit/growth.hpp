@@ -19,6 +19,20 @@ using Normals = std::array<Vector3, 6>;
 /// Of a box with these axes, orthonormal.
 Normals box_normals(const Vector3& x, const Vector3& y, const Vector3& z);
 
+/// The largest share of a change in (0, 1] that is allowed, 0 for none: what is allowed of a growing solid is
+/// allowed of all before it.
+template <class Try>
+double largest_share(const Try& is_allowed) {
+  constexpr double kFinest = 1.0 / 64.0;
+  if (is_allowed(1.0)) return 1.0;
+  double low = 0.0, high = 1.0;
+  while (high - low > kFinest) {
+    const double middle = 0.5 * (low + high);
+    (is_allowed(middle) ? low : high) = middle;
+  }
+  return low;
+}
+
 /// Grows hexahedra in a space: a face goes outwards as far as that lets it.
 class Growth {
  public:
@@ -34,8 +48,8 @@ class Growth {
 
  private:
   double reach(const Plane& plane) const;
-  /// Whether the corners alone are what they have to be.
-  bool has_good_corners(const SixPlanes& solid) const;
+  /// Whether the corners alone are what they have to be, those of the face that has moved.
+  bool has_good_corners(const SixPlanes& solid, int face) const;
   bool push_face(SixPlanes& solid, int face);
   bool tilt_face(SixPlanes& solid, int face, int edge);
 

@@ -56,6 +56,10 @@ bool Sectors::touches(const Vector3& low, const Vector3& high) const {
   return away <= most + half && along >= -half - bore.radius && along <= bore.length + half + bore.radius;
 }
 
+bool Sectors::is_ring(double over) const {
+  return std::min(outer - bore.radius, bore.length) >= kThick * over;
+}
+
 std::vector<Sectors> sectors_about_bores(std::span<const RoundPart> parts, const AllowedSpace& allowed,
                                          int most) {
   std::vector<Sectors> result;

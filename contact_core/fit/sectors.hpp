@@ -23,7 +23,13 @@ struct Sectors {
   Vector3 middle(int i) const;
   /// Whether the box comes near the bore's wall, or is between it and `outer`.
   bool touches(const Vector3& low, const Vector3& high) const;
+  /// Whether it is a ring about the bore, thick beside `over`: a hexahedron a sector then is all of its
+  /// cover.
+  bool is_ring(double over) const;
 };
+
+/// Times an error: what is thicker in every direction gains nothing of hexahedra that go beyond it.
+constexpr double kThick = 8.0;
 
 /// Of each bore; those that would take fewer than 6 or more than `most` have none.
 std::vector<Sectors> sectors_about_bores(std::span<const RoundPart> parts, const AllowedSpace& allowed,

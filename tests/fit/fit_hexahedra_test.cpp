@@ -5,6 +5,7 @@
 #include "touchstone/contact_core/fit/cells.hpp"
 #include "touchstone/contact_core/fit/excess.hpp"
 #include "touchstone/contact_core/fit/fit.hpp"
+#include "touchstone/contact_core/fit/prisms.hpp"
 #include "touchstone/contact_core/fit/round_parts.hpp"
 #include "touchstone/contact_core/fit/set_cover.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
@@ -75,6 +76,45 @@ TEST(MeshDistance, ShellsMayOverlapBeCavitiesOrStandInsideOut) {
   EXPECT_TRUE(MeshDistance(weld(inverted)).is_inside({1.5, 1.51, 1.52}));
   append(inverted, box_mesh({0, 0, 0}, {3, 3, 3}));
   EXPECT_FALSE(MeshDistance(weld(inverted)).is_inside({1.5, 1.51, 1.52}));
+}
+
+// Walls of shells within others: a tetrahedron that they cut is solid all the same, and never where a point
+// of it is outside or in a cavity.
+TEST(MeshDistance, ATetrahedronAcrossInnerWallsIsSolid) {
+  TriangleMesh post = box_mesh({0, 0, 0}, {2, 2, 2});
+  append(post, box_mesh({0.5, 0.5, 0.5}, {1, 1, 4}));
+  const MeshDistance mesh(weld(post));
+  EXPECT_TRUE(mesh.is_solid({Vector3(0.4, 0.7, 0.9), {1.1, 0.71, 0.9}, {0.7, 0.6, 1.2}, {0.7, 0.9, 1.3}}));
+  EXPECT_TRUE(mesh.is_solid({Vector3(0.7, 0.7, 1.9), {0.8, 0.7, 1.9}, {0.7, 0.8, 1.9}, {0.7, 0.7, 2.3}}));
+  EXPECT_FALSE(mesh.is_solid({Vector3(0.4, 0.7, 1.9), {0.8, 0.7, 1.9}, {0.7, 0.8, 1.9}, {0.4, 0.7, 2.3}}));
+
+  std::mt19937_64 engine(2718);
+  const auto next = [&] { return static_cast<double>(engine() >> 11) * 0x1p-53; };
+  std::size_t solid = 0;
+  for (int round = 0; round < 40; ++round) {
+    TriangleMesh blocks;
+    for (int i = 0; i < 5; ++i) {
+      const Vector3 low(next(), next(), next()), size(0.3 + next(), 0.3 + next(), 0.3 + next());
+      TriangleMesh block = box_mesh(low, low + size);
+      if (i == 4 && round % 2 == 0)  // a cavity, where it is within one of them
+        for (auto& t : block.triangles) std::swap(t[1], t[2]);
+      append(blocks, block);
+    }
+    const MeshDistance some(weld(blocks));
+    for (int i = 0; i < 500; ++i) {
+      const Vector3 at(2.0 * next(), 2.0 * next(), 2.0 * next());
+      std::array<Vector3, 4> t;
+      for (Vector3& p : t) p = at + 0.5 * Vector3(next() - 0.5, next() - 0.5, next() - 0.5);
+      if (!some.is_solid(t)) continue;
+      ++solid;
+      for (int k = 0; k < 60; ++k) {
+        std::array<double, 4> w = {next(), next(), next(), next()};
+        const double sum = w[0] + w[1] + w[2] + w[3];
+        ASSERT_TRUE(some.is_inside((w[0] * t[0] + w[1] * t[1] + w[2] * t[2] + w[3] * t[3]) / sum)) << round;
+      }
+    }
+  }
+  EXPECT_GT(solid, 1000U);
 }
 
 TEST(Excess, IsTheLargestDistanceNotOnlyOnTheSurface) {
@@ -172,6 +212,64 @@ TEST(Fit, KeepsToItsErrorAndToARegionsSmallerOne) {
   ASSERT_EQ(open.region_excess.size(), 1U);
   EXPECT_LE(open.region_excess[0], 0.05);
   EXPECT_GT(coarse.excess, 0.05);  // the region is what keeps it
+}
+
+/// A rod of `facets` facets from the origin along an axis of no mesh's frame.
+TriangleMesh slanted_rod(double radius, double length, int facets) {
+  const TriangleMesh tube = tube_mesh(0.5 * radius, radius, length, facets);
+  TriangleMesh rod;
+  const auto place = [&](double x, double y, double z) {
+    const Vector3 axis = Vector3(2, 3, 6) / 7.0, u = Vector3(3, -6, 2) / 7.0, v = Vector3(6, 2, -3) / 7.0;
+    return Vector3(x * u + y * v + z * axis);
+  };
+  const auto at = [&](int i, double z) {
+    const double angle = 2.0 * std::numbers::pi * (i % facets) / facets;
+    return place(radius * std::cos(angle), radius * std::sin(angle), z);
+  };
+  for (int i = 0; i < facets; ++i) {
+    test::append_quad(rod, at(i, 0), at(i + 1, 0), at(i + 1, length), at(i, length));
+    if (i == 0 || i == facets - 1) continue;
+    append(rod, {{at(0, 0), at(i + 1, 0), at(i, 0)}, {{0, 1, 2}}});
+    append(rod, {{at(0, length), at(i, length), at(i + 1, length)}, {{0, 1, 2}}});
+  }
+  return rod;
+}
+
+// Before these took more than a minute, and four hexahedra along an axis of the mesh.
+TEST(Fit, ARodAlongNoAxisTakesSlabsOfAPolygonAboutIt) {
+  const MeshDistance rod(weld(slanted_rod(0.05, 0.8, 24)));
+  ASSERT_EQ(fit::find_prisms(rod, 0.005).size(), 1U);
+  // Eight tangents leave 4.1 mm at their corners: (8 - 2) / 2 slabs. Twelve leave 1.8 mm; between the levels
+  // of 24 facets it takes two more.
+  const std::array<std::pair<double, std::size_t>, 2> fewest = {{{0.005, 3}, {0.002, 7}}};
+  for (const auto& [over, count] : fewest) {
+    const Fit fit = fit_hexahedra(rod, within(over));
+    EXPECT_LE(fit.hexahedra.size(), count) << over;
+    EXPECT_LE(fit.excess, over);
+    for (const FittedHexahedron& each : fit.hexahedra)
+      EXPECT_LE(bound_excess(rod, each.vertices, over / 16.0).least, each.excess) << over;
+  }
+}
+
+TEST(Prisms, AreShellsThatNothingIsCutFrom) {
+  const auto count = [](const TriangleMesh& mesh) {
+    return fit::find_prisms(MeshDistance(weld(mesh)), 1e-3).size();
+  };
+  TriangleMesh two = box_mesh({0, 0, 0}, {1, 1, 1});
+  append(two, box_mesh({0.5, 0.5, 0.5}, {2, 0.7, 0.7}));
+  EXPECT_EQ(count(two), 2U);
+  EXPECT_EQ(count(angle_mesh()), 0U);
+  EXPECT_EQ(count(tube_mesh(0.1, 0.2, 0.5, 12)), 0U);
+  // A frustum is none, nor a box that a cavity may be in, nor one that a millimetre is much of.
+  TriangleMesh frustum = box_mesh({-1, -1, 0}, {1, 1, 1});
+  for (Vector3& p : frustum.vertices)
+    if (p.z() > 0.5) p = Vector3(0.9 * p.x(), 0.9 * p.y(), p.z());
+  EXPECT_EQ(count(frustum), 0U);
+  TriangleMesh hollow = box_mesh({0.2, 0.2, 0.2}, {0.8, 0.8, 0.8});
+  for (auto& t : hollow.triangles) std::swap(t[1], t[2]);
+  append(hollow, box_mesh({0, 0, 0}, {1, 1, 1}));
+  EXPECT_EQ(count(hollow), 0U);
+  EXPECT_EQ(count(box_mesh({0, 0, 0}, {1, 1, 0.007})), 0U);
 }
 
 TriangleMesh turned_tube(double inner, double outer, double height, int facets) {
