@@ -168,7 +168,7 @@ class CellBuilder {
     if (!is_split(low, high, size, polygons)) return add_box(low, high, polygons);
     // It is cut in the middle, or along a wall across an axis: then what is on either side may be one box.
     double at = middle(axis);
-    const double limit = allowed_.limit_at(middle);
+    const double limit = allowed_.least_limit(middle, 0.5 * size);
     if (size <= largest_ && is_worth_it(size, limit)) cut_along_wall(low, high, polygons, limit, axis, at);
     std::array<std::vector<Polygon>, 2> halves;
     for (const Polygon& polygon : polygons) {
@@ -187,7 +187,8 @@ class CellBuilder {
     if (polygons.empty()) return size > 2.0 * largest_;
     if (size > largest_) return true;
     const Vector3 middle = 0.5 * (low + high);
-    const double limit = allowed_.limit_at(middle);
+    // One that a smaller error reaches into keeps to it, or a hexahedron that holds it would not.
+    const double limit = allowed_.least_limit(middle, 0.5 * size);
     if (size <= limit / std::sqrt(3.0) || is_plate(polygons, limit)) return false;
     return !is_worth_it(size, limit) ||
            !is_one_box(low, high, polygons, kStep * allowed_.least_limit(middle, 0.5 * size));
