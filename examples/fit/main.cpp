@@ -10,6 +10,8 @@
 #include "touchstone/adapters/scene_files/scene_file.hpp"
 #include "touchstone/examples/fit/serves.hpp"
 #endif
+#include "touchstone/examples/program/options/shell_text.hpp"
+#include "touchstone/examples/program/terminal/machine.hpp"
 #include "touchstone/examples/program/terminal/program.hpp"
 
 namespace {
@@ -19,7 +21,7 @@ using namespace touchstone::fitting;
 
 struct Options {
   std::string input, over, keep_open, up = "as-written", size, check, serves, tolerance, margin, object,
-                                      output = "fit";
+                                      output = "fit", command = "touchstone_fit";
   std::vector<std::string> unit, regions, levels;
   std::size_t count = 0, samples = 0;
   int repairs = FitOptions().repairs;
@@ -61,8 +63,10 @@ void add_serves(CLI::App& app, Options& options) {
       ->capture_default_str()
       ->check(CLI::Range(0.001, 1e6))
       ->needs(serves);
-  app.add_flag("--uniform", options.uniform,
-               "Of --serves: measures the tolerance everywhere as well, which may take long")
+  app.add_flag(
+         "--uniform", options.uniform,
+         "Of --serves: measures the tolerance everywhere as well, which may take long, and writes a page "
+         "with both")
       ->needs(serves);
 }
 
@@ -120,6 +124,7 @@ bool parse(int argc, char** argv, Options& options) {
       "Writes a page to look at, with the excess as colours and hexahedra against error, and a glTF model");
   app.add_option("--check", options.check, "Checks this certificate against the mesh, and writes nothing");
   exclude_ignored(app);
+  for (int i = 1; i < argc; ++i) options.command += " " + comparison::shell_word(argv[i]);
   app.add_option("--out,--output", options.output, "Folder of scenes, certificates and the table")
       ->capture_default_str();
   return comparison::parse_command_line(app, argc, argv);
@@ -252,6 +257,7 @@ int serve([[maybe_unused]] const Options& options, [[maybe_unused]] const FitReq
   std::vector<std::string> names;
   for (const std::filesystem::path& mesh : served)
     for (const std::string& extension : cover_extensions({})) names.push_back(cover_name(mesh) + extension);
+  if (options.uniform) names.emplace_back("served.md");
   comparison::check_report_folder(options.output, names);
   comparison::ProgressLine progress;
   const ServesResult result = find_coarsest(fit, request, progress, [&](const ServesRow& row) {
@@ -259,13 +265,17 @@ int serve([[maybe_unused]] const Options& options, [[maybe_unused]] const FitReq
     comparison::print_now(row_text(row));
   });
   progress.finish();
-  comparison::print_now("\n" + serves_text(result, request) + comparison_text(result, request));
+  const std::string text = serves_text(result, request) + comparison_text(result, request);
+  comparison::print_now("\n" + text);
   // Where none is within the tolerance the best so far is written, as a partial report.
   if (!result.best) return 1;
   const ServesRow& best = result.rows[*result.best];
   std::vector<comparison::ReportFile> files;
   for (const FitRun& run : best.runs)
     for (comparison::ReportFile& file : cover_files(run)) files.push_back(std::move(file));
+  if (options.uniform)
+    files.emplace_back("served.md", comparison::page_head("Covers fitted to a task", options.command) +
+                                        "```\n" + text + "```\n");
   const std::filesystem::path folder = comparison::place_report(options.output, files, best.serves, true);
   comparison::print_now(fmt::format("scenes and certificates: {}\n", folder.string()));
   return best.serves ? 0 : 1;

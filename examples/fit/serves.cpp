@@ -6,6 +6,9 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
 
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/program/terminal/text_table.hpp"
@@ -15,7 +18,8 @@ namespace {
 
 constexpr double kFirst = 64.0;                              // times the tolerance, everywhere
 constexpr std::array<double, 2> kBetween = {16.0, 4.0};      // in the zones, on the way to it
-constexpr std::array<double, 2> kElsewhere = {256.0, 16.0};  // tried beside kFirst
+constexpr std::array<double, 2> kCoarser = {256.0, 1024.0};  // tried beside kFirst, while there are fewer
+constexpr double kFiner = 16.0;                              // tried where none of these is better
 constexpr double kCoarsest = 0.25;                           // of the diagonal, of any cover
 constexpr int kMostZones = 4;                                // each from a flight that left those before
 
@@ -67,15 +71,33 @@ class Search {
     }
   }
 
-  // Coarser elsewhere may take fewer hexahedra, or more where it is hard to keep to the zones.
+  // Coarser elsewhere may take fewer hexahedra, or more where it is hard to keep to the zones: then finer
+  // may.
   void look_elsewhere() {
-    for (const double times : kElsewhere) {
-      const double elsewhere = times * tolerance_;
-      const bool is_new = std::any_of(solids_.begin(), solids_.end(), [&](const MeshDistance& solid) {
-        return std::min(elsewhere, kFirst * tolerance_) < kCoarsest * solid.bounds().diagonal();
-      });
-      if (is_new) add(tolerance_, elsewhere, false);
+    bool has_better = false;
+    double before = kFirst;
+    for (const double times : kCoarser) {
+      if (!is_new(std::exchange(before, times) * tolerance_)) break;
+      const std::size_t fewest = fewest_that_serve();
+      add(tolerance_, times * tolerance_, false);
+      if (fewest_that_serve() >= fewest) break;
+      has_better = true;
     }
+    if (!has_better && is_new(kFiner * tolerance_)) add(tolerance_, kFiner * tolerance_, false);
+  }
+
+  // Whether covers that keep to an error elsewhere are others than those of any larger one.
+  bool is_new(double elsewhere) const {
+    return std::any_of(solids_.begin(), solids_.end(), [&](const MeshDistance& solid) {
+      return elsewhere < kCoarsest * solid.bounds().diagonal();
+    });
+  }
+
+  std::size_t fewest_that_serve() const {
+    std::size_t fewest = std::numeric_limits<std::size_t>::max();
+    for (const ServesRow& row : result_.rows)
+      if (row.serves) fewest = std::min(fewest, row.hexahedra);
+    return fewest;
   }
 
   double error_elsewhere(std::size_t m, double asked) const {
@@ -86,7 +108,8 @@ class Search {
   // before. Where two covers stand out elsewhere and so come near each other is seen in their flight.
   std::vector<Bounds> zones_of(std::size_t m, double elsewhere) {
     const ServesRow& last = result_.rows.back();
-    NearCells near(solids_[m], error_elsewhere(m, elsewhere));
+    const double beyond = error_elsewhere(m, elsewhere);
+    NearCells near = near_.try_emplace({m, beyond}, solids_[m], beyond).first->second;
     for (const SeenObject& other : last.flight.seen[m]) near.add(other, request_.margin + last.in_zones);
     return near.boxes();
   }
@@ -96,14 +119,34 @@ class Search {
     double in_zones;  ///< its largest error in the mesh's zones; in all of it where none was asked for [m]
   };
 
+  struct Known {
+    std::size_t m;
+    FitRequest asked, kept;  ///< the second: of the error elsewhere that a cover was found with
+    FitRun run;
+  };
+
+  // A mesh keeps its cover from row to row where nothing else is asked of it.
+  Covered fitted(std::size_t m, const ServesRow& row) {
+    const FitRequest request = asked(m, row, error_elsewhere(m, row.elsewhere));
+    const auto is_same = [&](const Known& known) {
+      return known.m == m && known.asked.over.value == request.over.value &&
+             known.asked.tries == request.tries &&
+             std::equal(known.asked.regions.begin(), known.asked.regions.end(), request.regions.begin(),
+                        request.regions.end(), [](const RegionRequest& a, const RegionRequest& b) {
+                          return a.over.value == b.over.value && a.low == b.low && a.high == b.high;
+                        });
+    };
+    auto known = std::find_if(known_.begin(), known_.end(), is_same);
+    if (known == known_.end()) known = known_.insert(known_.end(), fitted_anew(m, row, request));
+    return {known->run, error_in_zones(m, known->run.fit, known->kept, row)};
+  }
+
   // Where no cover keeps to both, one that is finer elsewhere may.
-  Covered fitted(std::size_t m, const ServesRow& row) const {
+  Known fitted_anew(std::size_t m, const ServesRow& row, const FitRequest& first) const {
     for (double over = error_elsewhere(m, row.elsewhere);; over *= 0.25) {
       const FitRequest request = asked(m, row, over);
       try {
-        FitRun run = run_fit(request_.meshes[m].file, request, progress_);
-        const double error = error_in_zones(m, run.fit, request, row);
-        return {std::move(run), error};
+        return {m, first, request, run_fit(request_.meshes[m].file, request, progress_)};
       } catch (const InputError&) {
         if (over <= row.asked_in_zones || row.is_uniform) throw;
       }
@@ -184,6 +227,8 @@ class Search {
   }
 
   FitRequest fit_;
+  std::vector<Known> known_;
+  std::map<std::pair<std::size_t, double>, NearCells> near_;  ///< by mesh and how far, nothing marked
   const ServesRequest& request_;
   comparison::ProgressLine& progress_;
   const std::function<void(const ServesRow&)>& on_row_;

@@ -351,6 +351,27 @@ TEST_F(Serves, TheUniformCoverStandsBesideTheFittedOne) {
   EXPECT_EQ(comparison_text(find_coarsest(fit_, asked, *progress_), asked), "");
 }
 
+// The error elsewhere grows while that takes fewer; a finer one is tried only where no larger one is better.
+TEST_F(Serves, ElsewhereGrowsAsLongAsThereAreFewer) {
+  ServesRequest asked = request(kComes);
+  asked.tolerance = 4e-3;
+  std::vector<double> tried;
+  std::vector<std::size_t> counts;
+  const auto look = [&](const ServesRow& row) {
+    if (row.asked_in_zones > asked.tolerance) return;
+    tried.push_back(row.elsewhere / asked.tolerance);
+    counts.push_back(row.hexahedra);
+  };
+  const ServesResult result = find_coarsest(fit_, asked, *progress_, look);
+  ASSERT_TRUE(result.best);
+  const auto larger = std::find_if(tried.begin(), tried.end(), [](double times) { return times > 100.0; });
+  ASSERT_NE(larger, tried.end());
+  EXPECT_NEAR(*larger, 256.0, 1e-9);
+  const auto at = static_cast<std::size_t>(larger - tried.begin());
+  ASSERT_GE(at, 1U);
+  EXPECT_NEAR(tried.back(), counts[at] < counts[at - 1] ? 1024.0 : 16.0, 1e-9);
+}
+
 /// A cube of 0.1 m that goes along some ways, without turning, seen every 0.1 m.
 SeenObject cube_along(std::span<const Vector3> corners) {
   SeenObject cube;
