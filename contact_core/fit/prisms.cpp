@@ -145,10 +145,8 @@ bool has_plane_sides(const TriangleMesh& mesh, const Shell& shell, const Prism& 
   });
 }
 
-// Along the axis all corners are at two heights, and their hull is as large as the shell.
-std::optional<Prism> prism_along(const TriangleMesh& mesh, const Shell& shell, const Vector3& axis,
-                                 double over) {
-  const double room = kRoom * over;
+// A prism without a section yet.
+Prism frame_along(const TriangleMesh& mesh, const Shell& shell, const Vector3& axis, double room) {
   Prism prism{};
   prism.axis = axis;
   prism.low = std::numeric_limits<double>::infinity();
@@ -160,37 +158,49 @@ std::optional<Prism> prism_along(const TriangleMesh& mesh, const Shell& shell, c
       prism.high = std::max(prism.high, at);
     }
   }
-  if (prism.high - prism.low < kThick * over) return std::nullopt;
   const Vector3 hint = std::abs(axis.x()) < 0.7 ? Vector3::UnitX() : Vector3::UnitY();
   prism.up = hint - dot(hint, axis) * axis;
   prism.up /= norm(prism.up);
   prism.side = cross(axis, prism.up);
-  std::array<std::vector<Point>, 2> ends;
-  for (const std::uint32_t t : shell.triangles) {
-    for (const std::uint32_t corner : mesh.triangles[t]) {
-      const Vector3& p = mesh.vertices[corner];
-      const double at = dot(axis, p);
-      if (std::min(at - prism.low, prism.high - at) > room) return std::nullopt;
-      ends[at - prism.low < prism.high - at ? 0 : 1].push_back({dot(prism.up, p), dot(prism.side, p)});
-    }
-  }
-  // A frustum's ends differ, and so does its volume.
-  std::vector<Point> all = ends[0];
-  all.insert(all.end(), ends[1].begin(), ends[1].end());
-  prism.section = hull_of(std::move(all), room);
-  if (prism.section.size() < 3) return std::nullopt;
-  double around = 0.0;
-  for (std::size_t i = 0; i < prism.section.size(); ++i) {
-    const Point &a = prism.section[i], &b = prism.section[(i + 1) % prism.section.size()];
-    around += std::hypot(b[0] - a[0], b[1] - a[1]);
-  }
-  if (!has_blunt_edges(prism.section) || !has_plane_sides(mesh, shell, prism, room)) return std::nullopt;
-  const double area = area_of(prism.section), length = prism.high - prism.low;
-  if (std::abs(area * length - shell.volume) > 2.0 * room * (area + around * length)) return std::nullopt;
-  choose_up(prism, room);
   prism.box = shell.box;
   prism.room = room;
   prism.triangles = shell.triangles;
+  return prism;
+}
+
+double length_around(const std::vector<Point>& section) {
+  double around = 0.0;
+  for (std::size_t i = 0; i < section.size(); ++i) {
+    const Point &a = section[i], &b = section[(i + 1) % section.size()];
+    around += std::hypot(b[0] - a[0], b[1] - a[1]);
+  }
+  return around;
+}
+
+// Along the axis all corners are at two heights, and their hull is as large as the shell.
+std::optional<Prism> prism_along(const TriangleMesh& mesh, const Shell& shell, const Vector3& axis,
+                                 double over) {
+  const double room = kRoom * over;
+  Prism prism = frame_along(mesh, shell, axis, room);
+  const double length = prism.high - prism.low;
+  if (length < kThick * over) return std::nullopt;
+  // Seen along the axis the corners of both ends have one hull.
+  std::vector<Point> corners;
+  for (const std::uint32_t t : shell.triangles) {
+    for (const std::uint32_t corner : mesh.triangles[t]) {
+      const Vector3& p = mesh.vertices[corner];
+      if (std::min(dot(axis, p) - prism.low, prism.high - dot(axis, p)) > room) return std::nullopt;
+      corners.push_back({dot(prism.up, p), dot(prism.side, p)});
+    }
+  }
+  prism.section = hull_of(std::move(corners), room);
+  if (prism.section.size() < 3 || !has_blunt_edges(prism.section)) return std::nullopt;
+  // A frustum's sides are on no edge of it, and its volume is another.
+  if (!has_plane_sides(mesh, shell, prism, room)) return std::nullopt;
+  const double area = area_of(prism.section),
+               off = 2.0 * room * (area + length_around(prism.section) * length);
+  if (std::abs(area * length - shell.volume) > off) return std::nullopt;
+  choose_up(prism, room);
   return prism;
 }
 
