@@ -152,4 +152,26 @@ std::string to_string(const MeshReport& report) {
   return out;
 }
 
+std::optional<UpAxis> up_axis_of(std::string_view text) {
+  for (const UpAxis up : {UpAxis::as_written, UpAxis::stated, UpAxis::x, UpAxis::y, UpAxis::z})
+    if (text == to_string(up)) return up;
+  return std::nullopt;
+}
+
+const char* to_string(UpAxis up) {
+  switch (up) {
+    case UpAxis::as_written:
+      return "as-written";
+    case UpAxis::stated:
+      return "stated";
+    case UpAxis::x:
+      return "x";
+    case UpAxis::y:
+      return "y";
+    case UpAxis::z:
+      return "z";
+  }
+  return "";
+}
+
 }  // namespace touchstone

@@ -6,6 +6,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "touchstone/contact_core/fit/triangle_mesh.hpp"
 
@@ -24,6 +25,11 @@ enum class UpAxis : std::uint8_t {
   y,
   z,
 };
+
+/// Of "as-written", "stated", "x", "y" and "z"; nothing for any other text.
+std::optional<UpAxis> up_axis_of(std::string_view text);
+/// The text of it.
+const char* to_string(UpAxis up);
 
 /// How a mesh file is read.
 struct MeshFileOptions {

@@ -103,8 +103,11 @@ void RobotBuilder::add_ellipsoid(const ShapePlace& place, const Vector3& half_ax
   });
 }
 
-MeshCover RobotBuilder::cover(const TriangleMesh& mesh, const std::string& name) const {
-  return options_->cover_mesh ? options_->cover_mesh(mesh, name) : enclosing_box(mesh, name);
+RobotBuilder::Loaded RobotBuilder::made_of(TriangleMesh mesh, const std::string& name) const {
+  Loaded out{options_->cover_mesh ? options_->cover_mesh(mesh, name) : enclosing_box(mesh, name),
+             mesh.triangles.size(), size_of(mesh), nullptr};
+  if (options_->keep_meshes) out.mesh = std::make_shared<const TriangleMesh>(std::move(mesh));
+  return out;
 }
 
 RobotBuilder::Loaded RobotBuilder::load(const std::filesystem::path& file, const Vector3& scale) {
@@ -121,10 +124,7 @@ RobotBuilder::Loaded RobotBuilder::load(const std::filesystem::path& file, const
     for (auto& t : loaded.mesh.triangles) std::swap(t[1], t[2]);
   if (!loaded.report.bounds_a_solid())
     robot_->notes.push_back(file.string() + ": " + to_string(loaded.report));
-  return loaded_
-      .emplace(key, Loaded{cover(loaded.mesh, file.filename().string()), loaded.mesh.triangles.size(),
-                           size_of(loaded.mesh)})
-      .first->second;
+  return loaded_.emplace(key, made_of(std::move(loaded.mesh), file.filename().string())).first->second;
 }
 
 void RobotBuilder::add_cover(const ShapePlace& place, const Loaded& loaded, const std::string& file) {
@@ -139,6 +139,7 @@ void RobotBuilder::add_cover(const ShapePlace& place, const Loaded& loaded, cons
   }
   robot_->replaced.push_back({link.name, name, "mesh", file, loaded.triangles, loaded.cover.solids.size(),
                               loaded.cover.error, loaded.size});
+  if (loaded.mesh) robot_->meshes.push_back({link.name, place.X_LS, loaded.mesh});
 }
 
 void RobotBuilder::add_mesh_file(const ShapePlace& place, const std::string& uri, const Vector3& scale) {
@@ -151,8 +152,8 @@ void RobotBuilder::add_mesh_file(const ShapePlace& place, const std::string& uri
   });
 }
 
-void RobotBuilder::add_mesh(const ShapePlace& place, const TriangleMesh& mesh, const std::string& file) {
-  at(place, [&] { add_cover(place, {cover(mesh, file), mesh.triangles.size(), size_of(mesh)}, file); });
+void RobotBuilder::add_mesh(const ShapePlace& place, TriangleMesh mesh, const std::string& file) {
+  at(place, [&] { add_cover(place, made_of(std::move(mesh), file), file); });
 }
 
 std::string to_string(const ShapeReplacement& r) {

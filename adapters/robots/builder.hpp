@@ -40,13 +40,14 @@ class RobotBuilder {
   /// @param scale of the mesh's axes; one below 0 mirrors.
   void add_mesh_file(const ShapePlace& place, const std::string& uri, const Vector3& scale);
   /// @param file stands in the report.
-  void add_mesh(const ShapePlace& place, const TriangleMesh& mesh, const std::string& file);
+  void add_mesh(const ShapePlace& place, TriangleMesh mesh, const std::string& file);
 
  private:
   struct Loaded {
     MeshCover cover;
     std::size_t triangles;
-    double size;  ///< [m]
+    double size;                               ///< [m]
+    std::shared_ptr<const TriangleMesh> mesh;  ///< null unless kept
   };
 
   std::string unique_name(std::size_t link, const std::string& wanted);
@@ -56,7 +57,7 @@ class RobotBuilder {
   Loaded load(const std::filesystem::path& file, const Vector3& scale);
   void add_cover(const ShapePlace& place, const Loaded& loaded, const std::string& file);
   /// @param name of the mesh, for messages.
-  MeshCover cover(const TriangleMesh& mesh, const std::string& name) const;
+  Loaded made_of(TriangleMesh mesh, const std::string& name) const;
 
   Robot* robot_;
   const RobotOptions* options_;

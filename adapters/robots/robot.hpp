@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -46,6 +47,7 @@ struct RobotOptions {
   std::vector<std::filesystem::path> package_paths = {};
   MimicJoints mimic = MimicJoints::refuse;
   bool any_mesh_size = false;  ///< meshes of an unlikely size are noted, not refused; see mesh_units.hpp
+  bool keep_meshes = false;    ///< Robot::meshes is filled, for pictures
 };
 
 /// A shape that is no hexahedron, and what stands for it.
@@ -62,11 +64,19 @@ struct ShapeReplacement {
 /// One line.
 std::string to_string(const ShapeReplacement& replacement);
 
+/// A mesh where a link has it.
+struct LinkMesh {
+  std::string link;
+  Pose X_LM;
+  std::shared_ptr<const TriangleMesh> mesh;  ///< in metres, scaled; links with the same file share it
+};
+
 /// A robot as it was read.
 struct Robot {
   MechanismDescription mechanism;
   std::vector<ShapeReplacement> replaced;  ///< in the order of the file's links
   std::vector<std::string> notes;          ///< what a user should know, one line each
+  std::vector<LinkMesh> meshes;            ///< what hexahedra stand for; empty unless `keep_meshes`
 };
 
 }  // namespace touchstone

@@ -75,7 +75,7 @@ std::string certificate_text(const Certificate& certificate) {
                {"excess_m", certificate.claim.excess},
                {"regions", std::move(regions)},
                {"hexahedra_m", std::move(hexahedra)}};
-  if (certificate.up != UpAxis::as_written) json["mesh"]["up_axis"] = up_text(certificate.up);
+  if (certificate.up != UpAxis::as_written) json["mesh"]["up_axis"] = to_string(certificate.up);
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";  // names may be no UTF-8
 }
 

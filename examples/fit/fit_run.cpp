@@ -174,7 +174,7 @@ FitRun run_fit(const std::filesystem::path& mesh, const FitRequest& request,
   }
   if (request.page) add_pictures(solid, request, progress, run);
   if (request.training)
-    for (comparison::ReportFile& file : training_files(run)) run.more.push_back(std::move(file));
+    for (comparison::ReportFile& file : training_files(run, mesh)) run.more.push_back(std::move(file));
   return run;
 }
 
@@ -183,7 +183,7 @@ std::vector<std::string> cover_extensions(const FitRequest& request) {
   for (std::size_t level = 0; level < request.levels.size(); ++level)
     all.push_back(level_certificate_extension(level));
   if (request.page) all.insert(all.end(), {".html", ".gltf"});
-  if (request.training) all.insert(all.end(), {".scene.yaml", ".flight.yaml"});
+  if (request.training) all.insert(all.end(), {".scene.yaml", ".flight.yaml", ".flight.meshes.json"});
   return all;
 }
 

@@ -1,20 +1,12 @@
 #include "touchstone/examples/fit/mesh_input.hpp"
 
 #include <algorithm>
-#include <array>
-#include <utility>
 
 #include "touchstone/contact_core/fit/stl_file.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::fitting {
 namespace {
-
-constexpr std::array<std::pair<const char*, UpAxis>, 5> kAxes = {{{"as-written", UpAxis::as_written},
-                                                                  {"stated", UpAxis::stated},
-                                                                  {"x", UpAxis::x},
-                                                                  {"y", UpAxis::y},
-                                                                  {"z", UpAxis::z}}};
 
 std::string extension_of(const std::filesystem::path& file) {
   std::string extension = file.extension().string();
@@ -31,15 +23,8 @@ bool is_mesh_file(const std::filesystem::path& file) {
 }
 
 UpAxis parse_up(const std::string& text) {
-  for (const auto& [name, up] : kAxes)
-    if (text == name) return up;
+  if (const std::optional<UpAxis> up = up_axis_of(text)) return *up;
   reject("--up", "'" + text + "' is none of as-written, stated, x, y, z");
-}
-
-std::string up_text(UpAxis up) {
-  for (const auto& [name, each] : kAxes)
-    if (up == each) return name;
-  return "";
 }
 
 ReadMesh read_mesh(const std::filesystem::path& file, const MeshInput& input) {

@@ -20,7 +20,6 @@ bool is_mesh_file(const std::filesystem::path& file);
 
 /// `text` of --up: "as-written", "stated", "x", "y" or "z". @throws InputError for anything else.
 UpAxis parse_up(const std::string& text);
-std::string up_text(UpAxis up);
 
 /// A mesh in metres with z up, or axes as written, and what a user should know of it, a line; may be empty.
 struct ReadMesh {

@@ -23,6 +23,17 @@ std::string flight_text(const FitRun& run, const Approach& approach) {
       approach.duration, row(-approach.velocity), 1.25 * approach.duration, row(aside));
 }
 
+std::string mesh_list(const FitRun& run, const std::filesystem::path& mesh) {
+  std::error_code unknown;
+  const std::filesystem::path whole = std::filesystem::absolute(mesh, unknown);
+  std::string up;
+  if (run.certificate.up != UpAxis::as_written)
+    up = fmt::format(R"(, "up": "{}")", to_string(run.certificate.up));
+  return fmt::format("[{{\"object\": {}, \"mesh\": {}, \"metres_per_unit\": {}{}}}]\n",
+                     comparison::Json(run.name).dump(),
+                     comparison::Json(whole.lexically_normal().string()).dump(), run.certificate.scale, up);
+}
+
 }  // namespace
 
 Approach approach_to(const TriangleMesh& mesh) {
@@ -50,7 +61,7 @@ Approach approach_to(const TriangleMesh& mesh) {
   return out;
 }
 
-std::vector<comparison::ReportFile> training_files(const FitRun& run) {
+std::vector<comparison::ReportFile> training_files(const FitRun& run, const std::filesystem::path& mesh) {
   const Approach approach = approach_to(run.mesh);
   const std::string scene =
       scene_text(run.fit, run.name, fmt::format("A block comes against {}", run.certificate.mesh_file),
@@ -60,7 +71,9 @@ std::vector<comparison::ReportFile> training_files(const FitRun& run) {
           "[{}, {}, {}]}}}}\n    motion: {{segments: [{{duration: {}, velocity: {}}}]}}\n",
           row(approach.from), approach.side, approach.side, approach.side, approach.duration,
           row(approach.velocity));
-  return {{run.name + ".scene.yaml", scene}, {run.name + ".flight.yaml", flight_text(run, approach)}};
+  return {{run.name + ".scene.yaml", scene},
+          {run.name + ".flight.yaml", flight_text(run, approach)},
+          {run.name + ".flight.meshes.json", mesh_list(run, mesh)}};
 }
 
 }  // namespace touchstone::fitting

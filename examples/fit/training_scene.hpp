@@ -9,8 +9,9 @@ namespace touchstone::fitting {
 /// A scene to train in, and a script that flies it: NAME.scene.yaml, the cover and a block, a tenth of the
 /// mesh's middle side, which comes along its shortest side from a quarter of the diagonal away against the
 /// triangle that shows most of itself to it; and NAME.flight.yaml for training_run, in which the operator
-/// backs off and goes aside after that.
-std::vector<comparison::ReportFile> training_files(const FitRun& run);
+/// backs off and goes aside after that; and NAME.flight.meshes.json, by which the station shows the mesh.
+/// @param mesh its file; the list names it by its whole path.
+std::vector<comparison::ReportFile> training_files(const FitRun& run, const std::filesystem::path& mesh);
 
 /// The block's size, and how it comes.
 struct Approach {

@@ -92,6 +92,7 @@ Robot load_robot_file(const std::filesystem::path& file, const RobotChoices& cho
   if (!*choices.covers) *choices.covers = make_covers(choices);
   if (choices.over != "box") load_robot(file, options);  // for its units, before anything is fitted
   options.cover_mesh = *choices.covers;
+  options.keep_meshes = choices.keep_meshes;
   Robot robot = load_robot(file, options);
   if (!choices.srdf.empty()) robot.mechanism.exempt_pairs = load_exempt_pairs(choices.srdf);
   const std::unique_ptr<Narrowphase> native = make_native();

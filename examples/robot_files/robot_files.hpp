@@ -26,6 +26,7 @@ struct RobotChoices {
   std::string covers_folder;   ///< --covers: keeps covers from run to run; empty: none
   bool any_mesh_size = false;  ///< --any-mesh-size, as RobotOptions has it
   int sphere_facets = 0;       ///< --sphere-facets, as RobotOptions has it
+  bool keep_meshes = false;    ///< for pictures, as RobotOptions has it
   /// Covers of this run: copies share them, so that no mesh is fitted twice.
   std::shared_ptr<CoverMesh> covers = std::make_shared<CoverMesh>();
 };

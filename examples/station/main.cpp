@@ -44,7 +44,13 @@ StationScenes load_scenes(const StationOptions& options, const fs::path& folder)
   });
   files.insert(files.end(), options.scripts.begin(), options.scripts.end());
   StationScenes scenes;
-  for (const fs::path& file : files) scenes.push_back(load_station_scene(file, options.rate));
+  const SceneRobots robots{options.robots, comparison::print_now};
+  for (const fs::path& file : files) {
+    scenes.push_back(load_station_scene(file, options.rate, robots));
+    for (const std::uint32_t object : scenes.back()->meshes.left_out)
+      comparison::print_now(file.string() + ": '" + scenes.back()->setting.object_name(object) +
+                            "': its mesh is too large for the page, which shows its hexahedra\n");
+  }
   return scenes;
 }
 

@@ -10,7 +10,7 @@ namespace {
 
 void refuse_with_replay(const CLI::App& app) {
   for (const char* option : {"--rate", "--methods", "--dynamics", "--record", "--seconds", "--port", "--bind",
-                             "--token", "--udp", "--page", "--open", "--soak", "--space-mouse"})
+                             "--token", "--udp", "--page", "--open", "--soak", "--space-mouse", "--robot"})
     if (app.count(option) > 0)
       throw InputError(std::string(option) + " is not of a --replay: the recording says how it was flown");
 }
@@ -28,7 +28,10 @@ std::optional<StationOptions> parse_station_options(int argc, const char* const*
       "touchstone_station");
   std::vector<unsigned> methods;
   bool has_token = false;
-  app.add_option("--scene", out.scene, "scene to begin with: a bundled one's name, or a script (YAML)");
+  app.add_option("--scene", out.scene,
+                 "scene to begin with: a bundled one's name, a script (YAML), or a robot's file");
+  out.robots.sphere_facets = 8;  // of the four methods, ours alone takes rounded solids
+  comparison::add_robot_options(app, out.robots);
   app.add_option("--rate", out.rate, "frames a second")
       ->check(CLI::Range(kLowestFrameRate, kHighestFrameRate))
       ->capture_default_str();
@@ -70,11 +73,11 @@ std::optional<StationOptions> parse_station_options(int argc, const char* const*
     for (const unsigned method : methods) out.methods |= 1U << method;
   }
   if (!out.replay.empty()) refuse_with_replay(app);
-  // A script of the user's joins the bundled scenes.
-  if (std::filesystem::path(out.scene).extension() == ".yaml") {
-    out.scripts.emplace_back(out.scene);
-    out.scene = out.scripts.back().stem().string();
-  }
+  // What the user brings joins the bundled scenes, and is flown first.
+  if (std::filesystem::path(out.scene).extension() == ".yaml" || is_robot_file(out.scene))
+    out.scripts.emplace_back(std::exchange(out.scene, ""));
+  out.scripts.insert(out.scripts.end(), out.robots.files.begin(), out.robots.files.end());
+  if (out.scene.empty() && !out.scripts.empty()) out.scene = out.scripts.front().stem().string();
   return out;
 }
 

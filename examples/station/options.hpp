@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "touchstone/examples/robot_files/robot_files.hpp"
 #include "touchstone/examples/station/server/server.hpp"
 #include "touchstone/examples/training_run/results/outputs.hpp"
 
@@ -9,9 +10,10 @@ namespace touchstone::station {
 
 struct StationOptions {
   ServerSettings server;
-  std::string scene;                           ///< name, or a script's path; empty: the first bundled one
-  std::vector<std::filesystem::path> scripts;  ///< of one's own, beside the bundled ones
-  double rate = 50.0;                          ///< [Hz]
+  std::string scene;  ///< name, a script's or robot's path; empty: the first bundled one
+  std::vector<std::filesystem::path> scripts;  ///< of one's own, or robots, beside the bundled ones
+  comparison::RobotChoices robots;
+  double rate = 50.0;  ///< [Hz]
   std::filesystem::path record, replay;
   std::filesystem::path open, open_scene;  ///< a record that the page opens, and what was run; empty: none
   training::OutputOptions outputs;         ///< live, or of a replay

@@ -94,6 +94,23 @@ objects:
   EXPECT_NE(replayed.out.find("are others than when it was recorded"), std::string::npos) << replayed.out;
 }
 
+#ifdef TOUCHSTONE_ROBOTS
+TEST_F(StationProgram, AFlightOfARobotReplaysToTheSameBits) {
+  const std::string file = (folder_ / "robot.jsonl").string();
+  const Outcome flown = run("--port 0 --soak --seconds 0.5 --over box --record " + file +
+                            " --robot " TOUCHSTONE_ROBOTS "/mesh_arm/urdf/mesh_arm.urdf");
+  ASSERT_EQ(flown.code, 0) << flown.err;
+  EXPECT_NE(flown.out.find("boom.stl, 28 triangles, is 1 hexahedron"), std::string::npos) << flown.out;
+  Outcome replayed = run("--over box --replay " + file);
+  EXPECT_EQ(replayed.code, 0) << replayed.err << replayed.out;
+  EXPECT_NE(replayed.out.find("the same bits as recorded"), std::string::npos) << replayed.out;
+  EXPECT_EQ(replayed.out.find("are others"), std::string::npos) << replayed.out;
+  // Covered otherwise it is another robot.
+  replayed = run("--over 20% --replay " + file);
+  EXPECT_NE(replayed.out.find("are others than when it was recorded"), std::string::npos) << replayed.out;
+}
+#endif
+
 TEST_F(StationProgram, AReplayRefusesWhatTheRecordingSays) {
   const std::string file = (folder_ / "flight.jsonl").string();
   ASSERT_EQ(run("--port 0 --seconds 0.1 --record " + file).code, 0);

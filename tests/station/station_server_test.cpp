@@ -244,6 +244,30 @@ TEST_F(StationServer, ServesThePageAndItsFiguresToThisMachineAlone) {
   EXPECT_EQ(get(server_->port(), "/", host(), "", http::verb::delete_).status, 405U);
 }
 
+#ifdef TOUCHSTONE_ROBOTS
+class StationServerOfARobot : public FolderTest {};
+
+TEST_F(StationServerOfARobot, ServesItsMeshes) {
+  SceneRobots robots;
+  robots.choices.over = "box";
+  robots.choices.sphere_facets = 8;
+  StationScenes scenes;
+  scenes.push_back(load_station_scene(TOUCHSTONE_ROBOTS "/mesh_arm/urdf/mesh_arm.urdf", 200.0, robots));
+  ServerSettings settings;
+  settings.port = 0;
+  settings.page = write("index.html", "the page").parent_path();
+  Exchange exchange(most_frame_bytes(scenes));
+  const Server server(settings, exchange, scenes, 0, 200.0, nullptr);
+  const std::string host = "127.0.0.1:" + std::to_string(server.port());
+  const Answer meshes = get(server.port(), "/meshes/" + scenes[0]->files, host);
+  EXPECT_EQ(meshes.status, 200U);
+  EXPECT_EQ(meshes.body, scenes[0]->meshes.bytes);
+  EXPECT_FALSE(meshes.body.empty());
+  EXPECT_EQ(get(server.port(), "/meshes/0000000000000000", host).status, 404U);
+  EXPECT_EQ(get(server.port(), "/meshes/", host).status, 404U);
+}
+#endif
+
 TEST_F(StationServer, SaysHelloAndTheSceneBeforeItsFrames) {
   start();
   Page page(server_->port());

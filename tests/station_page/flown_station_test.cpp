@@ -34,7 +34,12 @@ class RunningStation {
     }
     close(said[1]);
     char letter = 0;
-    while (read(said[0], &letter, 1) == 1 && letter != '\n') line_ += letter;
+    // What a robot's meshes became is said before the address.
+    while (line_.find("http://") == std::string::npos) {
+      line_.clear();
+      while (read(said[0], &letter, 1) == 1 && letter != '\n') line_ += letter;
+      if (line_.empty()) break;
+    }
     said_ = said[0];
   }
   ~RunningStation() {
@@ -229,6 +234,29 @@ TEST_F(FlownStation, OpensARecordOnTheTimeLineAndGoesBackToTheLiveArm) {
   EXPECT_TRUE(becomes_true(
       "touchstoneStation.station.scene.name === 'worksite' && !touchstoneStation.station.looking"));
 }
+
+#ifdef TOUCHSTONE_ROBOTS
+TEST_F(FlownStation, ShowsARobotsMeshesAndItsHexahedraOnAKey) {
+  const RunningStation station(TOUCHSTONE_ROBOTS "/mesh_arm/urdf/mesh_arm.urdf", {"--over", "box"});
+  ASSERT_NE(station.address(), "");
+  browser_->open(station.address() + "?fly");
+  const std::string renderer = "touchstoneStation.renderer";
+  ASSERT_TRUE(becomes_true("touchstoneStation.station.drawn > 0 && " + renderer + ".meshes.length === 3"));
+  EXPECT_EQ(value(renderer + ".meshes.reduce((sum, mesh) => sum + mesh.corners.length / 9, 0)"), 68);
+  EXPECT_EQ(value("document.getElementById('meshes').hidden"), false);
+  ASSERT_TRUE(becomes_true(renderer + ".meshRuns.length > 0"));
+  browser_->press("KeyB");
+  browser_->press("KeyB", false);
+  EXPECT_TRUE(becomes_true(renderer + ".meshRuns.length === 0"));
+  browser_->press("KeyB");
+  browser_->press("KeyB", false);
+  EXPECT_TRUE(becomes_true(renderer + ".meshRuns.length > 0"));
+  // Another scene has none, and says nothing of them.
+  value("touchstoneStation.link.control({scene: 'grapple'})");
+  EXPECT_TRUE(becomes_true("touchstoneStation.station.scene.name === 'grapple' && " + renderer +
+                           ".meshes.length === 0 && document.getElementById('meshes').hidden"));
+}
+#endif
 
 }  // namespace
 }  // namespace touchstone::station

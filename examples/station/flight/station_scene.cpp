@@ -10,9 +10,11 @@
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/quaternion.hpp"
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/mechanism/arms/bundled_arms.hpp"
 #include "touchstone/examples/program/files/json.hpp"
 #include "touchstone/examples/station/flight/solids_json.hpp"
 #include "touchstone/examples/station/flight/stance.hpp"
+#include "touchstone/examples/training_run/setting/robot_script.hpp"
 
 namespace touchstone::station {
 namespace {
@@ -176,13 +178,48 @@ json tasks_json(const StationScene& scene) {
 }
 
 /// FNV-1a over all bytes: which files a recording was flown with.
-std::string hash_of(std::span<const std::filesystem::path> files) {
+std::string hash_of(std::span<const std::filesystem::path> files, std::string_view account) {
   std::uint64_t hash = 0xcbf29ce484222325;
+  const auto add = [&hash](char byte) { hash = (hash ^ static_cast<std::uint8_t>(byte)) * 0x100000001b3; };
   for (const std::filesystem::path& file : files) {
     std::ifstream in(file, std::ios::binary);
-    for (char byte = 0; in.get(byte);) hash = (hash ^ static_cast<std::uint8_t>(byte)) * 0x100000001b3;
+    for (char byte = 0; in.get(byte);) add(byte);
   }
+  for (const char byte : account) add(byte);
   return fmt::format("{:016x}", hash);
+}
+
+/// The robot of a scene as it is read; the station flies one.
+struct ReadRobot {
+  std::filesystem::path file;  ///< empty: an arm of ours, or none
+  std::string account;
+  std::vector<LinkMesh> meshes;
+
+  MechanismDescription read(const std::filesystem::path& given, const SceneRobots& robots) {
+    comparison::RobotChoices choices = robots.choices;
+    choices.keep_meshes = true;
+    Robot robot = comparison::load_robot_file(given, choices);
+    file = given;
+    account = comparison::account_of(robot);
+    if (robots.on_account) robots.on_account(account);
+    meshes = std::move(robot.meshes);
+    return std::move(robot.mechanism);
+  }
+
+  /// A link's frame is its object's.
+  void append_meshes(const training::Arm& arm, std::vector<ObjectMesh>& out) const {
+    for (std::uint32_t i = 0; i < arm.object_count; ++i)
+      for (const LinkMesh& mesh : meshes)
+        if (mesh.link == arm.mechanism->links()[arm.link_of_object[i]].name)
+          out.push_back({arm.first_object + i, mesh.X_LM, mesh.mesh});
+  }
+};
+
+Script read_script(const std::filesystem::path& file, const SceneRobots& robots, ReadRobot& robot) {
+  if (is_robot_file(file)) return training::robot_script(robot.read(file, robots));
+  return load_script(file, [&](const std::string& model, const std::filesystem::path& folder) {
+    return is_robot_file(model) ? robot.read(folder / model, robots) : make_bundled_arm(model);
+  });
 }
 
 void check_hands(const Script& script) {
@@ -262,8 +299,10 @@ StationScene::StationScene(std::string given_name, Script script, double rate)
   if (walks) check_start(*this);
 }
 
-std::unique_ptr<const StationScene> load_station_scene(const std::filesystem::path& file, double rate) {
-  Script script = load_script(file);
+std::unique_ptr<const StationScene> load_station_scene(const std::filesystem::path& file, double rate,
+                                                       const SceneRobots& robots) {
+  ReadRobot robot;
+  Script script = read_script(file, robots, robot);
   check_hands(script);
   // The flight has no end: room is taken for the frame that is flown.
   script.scene.frame_rate = rate;
@@ -273,27 +312,34 @@ std::unique_ptr<const StationScene> load_station_scene(const std::filesystem::pa
   scene->tasks = read_tasks(tasks, scene->setting, scene->tips);
   for (const StationTask& task : scene->tasks) check_hold(task, *scene, tasks);
   scene->file = std::filesystem::absolute(file);
-  scene->files = hash_of(std::array{file, scene->setting.script().scene_file, tasks});
+  const std::filesystem::path mesh_list = std::filesystem::path(file).replace_extension(".meshes.json");
+  std::vector<ObjectMesh> meshes = read_meshes(mesh_list, scene->setting);
+  if (scene->arm() != nullptr) robot.append_meshes(*scene->arm(), meshes);
+  scene->meshes = place_meshes(meshes);
+  scene->files =
+      hash_of(std::array{file, scene->setting.script().scene_file, tasks, robot.file}, robot.account);
   return scene;
 }
 
 std::string scene_json(const StationScene& scene) {
   const Script& script = scene.setting.script();
-  const json out = {{"type", "scene"},
-                    {"name", scene.name},
-                    {"title", script.name},
-                    {"description", script.scene.description},
-                    {"gap", script.scene.contact_gap},
-                    {"objects", objects_json(scene)},
-                    {"solids", solids_json(scene)},
-                    {"arms", arms_json(scene)},
-                    {"dynamics", scene.dynamics != nullptr},
-                    {"hand", scene.hand_object()},
-                    {"tips", tips_json(scene)},
-                    {"cameras", cameras_json(scene)},
-                    {"latches", latches_json(scene)},
-                    {"holds", holds_json(scene)},
-                    {"tasks", tasks_json(scene)}};
+  json out = {{"type", "scene"},
+              {"name", scene.name},
+              {"title", script.name},
+              {"description", script.scene.description},
+              {"gap", script.scene.contact_gap},
+              {"objects", objects_json(scene)},
+              {"solids", solids_json(scene)},
+              {"arms", arms_json(scene)},
+              {"dynamics", scene.dynamics != nullptr},
+              {"hand", scene.hand_object()},
+              {"tips", tips_json(scene)},
+              {"cameras", cameras_json(scene)},
+              {"latches", latches_json(scene)},
+              {"holds", holds_json(scene)},
+              {"tasks", tasks_json(scene)}};
+  if (!scene.meshes.bytes.empty())
+    out["meshes"] = {{"path", "meshes/" + scene.files}, {"triangles", scene.meshes.triangles}};
   return comparison::one_line(out);
 }
 

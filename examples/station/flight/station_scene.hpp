@@ -1,10 +1,13 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "touchstone/examples/robot_files/robot_files.hpp"
+#include "touchstone/examples/station/flight/object_meshes.hpp"
 #include "touchstone/examples/station/flight/station_dynamics.hpp"
 #include "touchstone/examples/station/flight/tasks.hpp"
 #include "touchstone/examples/station/flight/tips.hpp"
@@ -36,7 +39,9 @@ struct StationScene {
 
   std::string name;            ///< the file's
   std::filesystem::path file;  ///< it; absolute
-  std::string files;           ///< a hash of what is in it, in the scene's file and in its tasks'
+  /// A hash of what is in it, in the scene's file, in its tasks' and in its robot's, and of what stands for
+  /// that robot's shapes.
+  std::string files;
   training::Setting setting;
   std::vector<training::Action> initial;
   std::vector<LatchOption> latches;
@@ -44,6 +49,7 @@ struct StationScene {
   std::vector<StationTask> tasks;                   ///< at most kMostTasks
   std::vector<Tip> tips;                            ///< what the hand may fly, at least one
   std::shared_ptr<const StationDynamics> dynamics;  ///< null: the scene's file has no guarded dynamics
+  ObjectMeshes meshes;                              ///< of the robot that is flown, where its file has some
 
   /// Null: the hand flies a free object.
   const training::Arm* arm() const { return setting.arms().empty() ? nullptr : setting.arms().data(); }
@@ -52,10 +58,19 @@ struct StationScene {
   std::uint32_t hand_object() const { return tips[0].object; }
 };
 
+/// How a scene's robot of others is read.
+struct SceneRobots {
+  comparison::RobotChoices choices = {};
+  std::function<void(const std::string& account)> on_account =
+      {};  ///< comparison::account_of(); may be empty
+};
+
 /// Tasks come from NAME.tasks.json beside NAME.yaml, where there is one: see read_tasks().
-/// @param rate frames a second. @throws InputError as load_script(); a script without a hand, or whose hand
-/// is not the only one on an arm.
-std::unique_ptr<const StationScene> load_station_scene(const std::filesystem::path& script, double rate);
+/// @param script or a robot's file, which is flown before a block: see training::robot_script().
+/// @param rate frames a second. @throws InputError as load_script() and comparison::load_robot_file(); a
+/// script without a hand, or whose hand is not the only one on an arm.
+std::unique_ptr<const StationScene> load_station_scene(const std::filesystem::path& script, double rate,
+                                                       const SceneRobots& robots = {});
 
 /// The `scene` message of protocol.md, but for its serial.
 std::string scene_json(const StationScene& scene);

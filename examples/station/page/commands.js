@@ -8,7 +8,7 @@ import {look} from './looking_back.js';
 import {setAssist} from './assist.js';
 
 export const keys = {Space: 'brakes', KeyV: 'vernier', KeyM: 'mode', KeyT: 'frame', KeyG: 'latch', KeyN: 'tip', KeyH: 'release', Home: 'reset',
-  KeyC: 'compare', KeyY: 'assist', KeyX: 'edges', KeyZ: 'ghost', KeyP: 'play', BracketLeft: 'joint-back', BracketRight: 'joint-on',
+  KeyC: 'compare', KeyY: 'assist', KeyX: 'edges', KeyB: 'meshes', KeyZ: 'ghost', KeyP: 'play', BracketLeft: 'joint-back', BracketRight: 'joint-on',
   Digit1: 'method-0', Digit2: 'method-1', Digit3: 'method-2', Digit4: 'method-3', Slash: 'help', F1: 'help',
   ArrowLeft: 'look-left', ArrowRight: 'look-right', ArrowUp: 'look-up', ArrowDown: 'look-down', Equal: 'closer', NumpadAdd: 'closer',
   Minus: 'farther', NumpadSubtract: 'farther'};
@@ -58,6 +58,7 @@ const commands = {
   },
   assist() { setAssist(!station.assisting); },
   edges() { get('show-edges').click(); },
+  meshes() { if (!get('meshes').hidden) get('show-meshes').click(); },
   ghost() { get('show-ghost').click(); },
   play() { if (station.flight.frames.length) look(!station.playing ? 'play' : 'stop'); },
   live() { look('live'); },

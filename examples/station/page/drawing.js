@@ -67,7 +67,7 @@ function showLabels(frame) {
 }
 
 export function drawFrame(frame, hasChanged = true) {
-  Object.assign(parts.picture, {edges: get('show-edges').checked, ghost: get('show-ghost').checked, distances: get('show-distances').checked});
+  Object.assign(parts.picture, {edges: get('show-edges').checked, meshes: get('show-meshes').checked, ghost: get('show-ghost').checked, distances: get('show-distances').checked});
   parts.picture.draw(frame, station.screens, theme(), hasChanged);
   for (const screen of station.screens) {
     const method = frame.methods.find(one => one.index === screen.method);

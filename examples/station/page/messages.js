@@ -6,6 +6,7 @@ import {parts, station, live, showsLive, troubleBriefly} from './state.js';
 import {showFailedCameras, showSelected} from './screens.js';
 import {openRecord} from './looking_back.js';
 import {showLive} from './shown.js';
+import {fetchMeshes} from './meshes.js';
 
 // Pilots that are no page.
 const pilots = {0xffffffff: 'datagrams fly', 0xfffffffe: 'the SpaceMouse flies', 0xfffffffd: 'a script flies'};
@@ -27,6 +28,7 @@ function takeScene(scene) {
   get('fault-cameras').replaceChildren(...scene.cameras.map((camera, i) => element('label', {className: 'check'},
     element('input', {type: 'checkbox', onchange: event => parts.link.control({fault: {kind: 'camera', camera: i, on: event.target.checked}})}), ` ${camera.name} fails`)));
   if (!station.looking) showLive();
+  fetchMeshes(scene);
   if (live.hello?.record) openRecord();
 }
 

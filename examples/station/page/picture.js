@@ -125,7 +125,7 @@ export function marksOf(frame, method, {distances, path, size}) {
 export class Picture {
   // `pace`: how much of it is drawn (pace.js).
   constructor(renderer, pace) {
-    Object.assign(this, {renderer, pace, edges: true, ghost: true, distances: true, path: null, turn: 0, next: 0, stale: new Set(), isMeasured: false});
+    Object.assign(this, {renderer, pace, edges: true, meshes: true, ghost: true, distances: true, path: null, turn: 0, next: 0, stale: new Set(), isMeasured: false});
   }
 
   setScene(scene) {
@@ -191,7 +191,7 @@ export class Picture {
     if (!seen.length) return;
     // What is merged is left out, to be drawn translucent.
     const merged = mergedObjects(scene, method);
-    renderer.upload(method.poses, frameColours(this.base, method), merged.size ? scene.objects.map((_, i) => !merged.has(i)) : null);
+    renderer.upload(method.poses, frameColours(this.base, method), merged.size ? scene.objects.map((_, i) => !merged.has(i)) : null, this.meshes);
     for (const screen of seen) {
       screen.shownCamera = screen.camera(method.poses);
       renderer.fill(screen.outer, border[merged.size ? 'merged' : theme]);
@@ -212,7 +212,7 @@ export class Picture {
 
   drawThrough(screens, poses, colours, shown, alpha, over) {
     const edges = this.pace.level.edges;
-    this.renderer.upload(poses, colours, shown);
+    this.renderer.upload(poses, colours, shown, this.meshes);
     for (const screen of screens) {
       this.renderer.resumeView(screen.box, screen.shownCamera);
       this.renderer.drawObjects({alpha, over, edges});

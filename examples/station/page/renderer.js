@@ -9,14 +9,15 @@ const faceVertices = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0
 const edgeVertices = [[0, 4], [1, 5], [2, 6], [3, 7], [0, 2], [1, 3], [4, 6], [5, 7], [0, 1], [2, 3], [4, 5], [6, 7]];
 
 const facesOfSolid = 36, edgesOfSolid = 24;  // indices
-const texelsOfObject = 3;  // position and quaternion x; y, z, w and whether shown; colour
+const texelsOfObject = 3;  // position and quaternion x; y, z, w and what is shown; colour
+const nothing = 0, hexahedra = 1, mesh = 2;  // what is shown of an object
 
 const objectShader = `#version 300 es
 precision highp float;
 precision highp sampler2D;
 uniform sampler2D objects;
 uniform mat4 view, projection;
-uniform float towardsEye;
+uniform float towardsEye, drawn;
 in vec3 position;
 in float object;
 out vec3 inCamera;
@@ -30,7 +31,7 @@ void main() {
   vec4 c = view * vec4(position + b.z * t + cross(q, t) + a.xyz, 1.0);
   inCamera = c.xyz;
   gl_Position = projection * vec4(c.xyz * (1.0 - towardsEye), 1.0);
-  if (b.w == 0.0) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
+  if (b.w != drawn) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
 }`;
 
 // The normal from the derivatives: a flat face needs none stored, and a bent one gets that of each triangle.
@@ -135,15 +136,15 @@ function layOut(gl, {program}, buffer, attributes, indices = null) {
   return array;
 }
 
-// Solids one behind the other that belong to objects which are shown: [first, count] each. `ends`: by object, the solid after its last.
-// Where they would be many calls, all solids are one: what is not shown is thrown out vertex by vertex.
+// Parts one behind the other that belong to objects which are shown: [first, count] each. `ends`: by object, the part after its last.
+// Where they would be many calls, all parts are one: what is not shown is thrown out vertex by vertex.
 export function runsOf(ends, shown, most = 16) {
   const all = [[0, ends.at(-1) ?? 0]];
   if (!shown) return all;
   const runs = [];
   ends.forEach((end, i) => {
     const first = i ? ends[i - 1] : 0, last = runs.at(-1);
-    if (!shown[i]) return;
+    if (!shown[i] || end === first) return;
     if (last && last[0] + last[1] === first) last[1] += end - first;
     else runs.push([first, end - first]);
   });
@@ -160,13 +161,16 @@ export class Renderer {
     this.gl = canvas.getContext('webgl2', {antialias: !this.software, alpha: false, preserveDrawingBuffer: true, powerPreference: 'high-performance'});
     if (!this.gl) throw new Error('this browser has no WebGL2');
     this.objects = [];
+    this.meshes = [];
     this.prepare();
     canvas.addEventListener('webglcontextlost', event => { event.preventDefault(); this.lost = true; });
     canvas.addEventListener('webglcontextrestored', () => {
       this.lost = false;
       this.blank = true;
       this.prepare();
+      const {meshes} = this;
       this.setObjects(this.objects);
+      this.setMeshes(meshes);
     });
   }
 
@@ -175,10 +179,11 @@ export class Renderer {
     this.faces = build(gl, objectShader, faceShader);
     this.edges = build(gl, objectShader, edgeShader);
     this.signs = build(gl, markShader, markColour);
-    for (const name of ['vertexBuffer', 'faceBuffer', 'edgeBuffer', 'markBuffer']) this[name] = gl.createBuffer();
+    for (const name of ['vertexBuffer', 'faceBuffer', 'edgeBuffer', 'meshBuffer', 'markBuffer']) this[name] = gl.createBuffer();
     const solid = [['position', 3], ['object', 1]];
     this.faceArray = layOut(gl, this.faces, this.vertexBuffer, solid, this.faceBuffer);
     this.edgeArray = layOut(gl, this.edges, this.vertexBuffer, solid, this.edgeBuffer);
+    this.meshArray = layOut(gl, this.faces, this.meshBuffer, solid);
     this.markArray = layOut(gl, this.signs, this.markBuffer,
       [['from', 3], ['to', 3], ['corner', 2], ['width', 1], ['tint', 4]]);
     this.texture = gl.createTexture();
@@ -213,21 +218,48 @@ export class Renderer {
       gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, new Uint32Array(indices), gl.STATIC_DRAW);
     }
     this.table = new Float32Array(4 * texelsOfObject * Math.max(1, objects.length));
+    this.setMeshes([]);
+  }
+
+  // What is shown of objects instead of their hexahedra, if that is asked for: [{object, corners}], corners of triangles in the object's frame.
+  setMeshes(meshes) {
+    this.meshes = meshes;
+    const counts = this.objects.map(() => 0);
+    for (const {object, corners} of meshes) counts[object] += corners.length / 3;
+    let end = 0;
+    this.meshEnds = counts.map(count => end += count);
+    const vertices = new Float32Array(4 * end);
+    let k = 0;
+    for (const {object, corners} of [...meshes].sort((a, b) => a.object - b.object))
+      for (let i = 0; i < corners.length; i += 3) {
+        for (let axis = 0; axis < 3; ++axis) vertices[k++] = corners[i + axis];
+        vertices[k++] = object;
+      }
+    this.gl.bindVertexArray(null);
+    this.gl.bindBuffer(this.gl.ARRAY_BUFFER, this.meshBuffer);
+    this.gl.bufferData(this.gl.ARRAY_BUFFER, vertices, this.gl.STATIC_DRAW);
   }
 
   // Poses: 8 numbers an object, as frames carry them (position, quaternion x y z w, flags). Colours: [r, g, b, a] each. `shown`, optional: which.
-  upload(poses, colours, shown) {
+  // `meshes`: they are shown of what has one.
+  upload(poses, colours, shown, meshes = false) {
     const gl = this.gl, table = this.table;
-    this.runs = runsOf(this.ends, shown);
+    const drawn = this.objects.map((_, i) => shown && !shown[i] ? nothing : meshes && this.hasMesh(i) ? mesh : hexahedra);
+    this.runs = runsOf(this.ends, drawn.map(what => what === hexahedra));
+    this.meshRuns = runsOf(this.meshEnds, drawn.map(what => what === mesh));
     for (let i = 0; i < this.objects.length; ++i) {
       const row = 4 * texelsOfObject * i;
       for (let k = 0; k < 7; ++k) table[row + k] = poses[8 * i + k];
-      table[row + 7] = !shown || shown[i] ? 1 : 0;
+      table[row + 7] = drawn[i];
       table.set(colours[i], row + 8);
     }
     gl.activeTexture(gl.TEXTURE0);
     gl.bindTexture(gl.TEXTURE_2D, this.texture);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, texelsOfObject, Math.max(1, this.objects.length), 0, gl.RGBA, gl.FLOAT, table);
+  }
+
+  hasMesh(object) {
+    return this.meshEnds[object] > (object ? this.meshEnds[object - 1] : 0);
   }
 
   // Marks: [{from, to, width [px], colour [r, g, b, a]}]; a point where `to` is absent.
@@ -327,10 +359,13 @@ export class Renderer {
     gl.uniform1f(this.faces.uniforms.towardsEye, 0);
     gl.uniform3fv(this.faces.uniforms.sun, this.light[0]);
     gl.uniform3fv(this.faces.uniforms.sky, this.light[1]);
+    gl.uniform1f(this.faces.uniforms.drawn, hexahedra);
     gl.bindVertexArray(this.faceArray);
     for (const [first, count] of this.runs) gl.drawElements(gl.TRIANGLES, facesOfSolid * count, gl.UNSIGNED_INT, 4 * facesOfSolid * first);
+    if (this.meshRuns.length) this.drawMeshes();
     if (edges) {
       this.use(this.edges);
+      gl.uniform1f(this.edges.uniforms.drawn, hexahedra);
       gl.uniform1f(this.edges.uniforms.alpha, ghost ? Math.min(1, alpha + 0.25) : 1);
       gl.uniform1f(this.edges.uniforms.towardsEye, 0.001);
       gl.bindVertexArray(this.edgeArray);
@@ -339,6 +374,16 @@ export class Renderer {
     gl.disable(gl.BLEND);
     gl.enable(gl.DEPTH_TEST);
     gl.depthMask(true);
+  }
+
+  // With the faces' program and what it was told. Both sides: files' meshes may be open, or inside out.
+  drawMeshes() {
+    const gl = this.gl;
+    gl.disable(gl.CULL_FACE);
+    gl.uniform1f(this.faces.uniforms.drawn, mesh);
+    gl.bindVertexArray(this.meshArray);
+    for (const [first, count] of this.meshRuns) gl.drawArrays(gl.TRIANGLES, first, count);
+    gl.enable(gl.CULL_FACE);
   }
 
   // Marks lie over all else: contacts are mostly inside what touches.

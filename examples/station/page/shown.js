@@ -4,6 +4,7 @@ import {get} from './panels.js';
 import {Mounted} from './picture.js';
 import {parts, station, live, showsLive, ours} from './state.js';
 import {layScreens} from './screens.js';
+import {showMeshes} from './meshes.js';
 
 export function choose(method) {
   if (!station.hello || method >= station.hello.methods.length) return;
@@ -28,6 +29,7 @@ export function showScene(scene) {
   station.framed = false;
   parts.picture.setScene(scene);
   parts.picture.path = null;
+  showMeshes();
   parts.panels.setScene(scene);
   layScreens();
 }

@@ -34,7 +34,7 @@ function bindPage() {
     const object = Number(get('off-object').value);
     parts.link.control({select: {object, on: (station.state.selected_off || []).includes(object)}});
   };
-  for (const id of ['show-ghost', 'show-edges', 'show-distances', 'follow', 'detail', 'theme']) get(id).addEventListener('change', () => { setTheme(); redraw(); });
+  for (const id of ['show-ghost', 'show-edges', 'show-meshes', 'show-distances', 'follow', 'detail', 'theme']) get(id).addEventListener('change', () => { setTheme(); redraw(); });
   get('show-cctv').onchange = () => { if (station.scene) layScreens(); };
   get('keys').onchange = event => { parts.hand.enabled = event.target.checked; parts.hand.letGo(); };
   // A control chosen by mouse does not keep the keys that fly.

@@ -115,6 +115,7 @@ struct Server::State {
   bool is_own_page(const Request& request) const;
   Response respond(const Request& request);
   Response respond_with_file(const Request& request, const Target& target);
+  const std::string* meshes_at(std::string_view path) const;
   std::string status_json() const;
   bool upgrade(const Request& request, beast::tcp_stream& stream);
 };
@@ -217,6 +218,8 @@ Response Server::State::respond(const Request& request) {
     return answer(request, http::status::ok, "application/jsonl", recorder->kept());
   if (target.path == "/record.tsf" && !settings.saved_flight.empty())
     return answer(request, http::status::ok, "application/octet-stream", settings.saved_flight);
+  if (const std::string* meshes = meshes_at(target.path))
+    return answer(request, http::status::ok, "application/octet-stream", *meshes);
   Response response = respond_with_file(request, target);
   if (!settings.token.empty() && response.result() == http::status::ok)
     response.set(http::field::set_cookie,
@@ -229,6 +232,13 @@ Response Server::State::respond_with_file(const Request& request, const Target& 
   std::optional<std::string> text = file ? read_file(*file) : std::nullopt;
   if (!text) return answer(request, http::status::not_found, "text/plain; charset=utf-8", "no such file\n");
   return answer(request, http::status::ok, content_type(file->native()), std::move(*text));
+}
+
+/// Null: no scene has meshes there.
+const std::string* Server::State::meshes_at(std::string_view path) const {
+  for (const auto& scene : host.scenes)
+    if (!scene->meshes.bytes.empty() && path == "/meshes/" + scene->files) return &scene->meshes.bytes;
+  return nullptr;
 }
 
 std::string Server::State::status_json() const {

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "touchstone/contact_core/fit/triangle_mesh.hpp"
+#include "touchstone/examples/training_run/setting/setting.hpp"
+
+namespace touchstone::station {
+
+/// Most triangles that a page is sent of a scene: 18 MB, and as much as drawing by software takes in a
+/// picture.
+inline constexpr std::size_t kMostTriangles = 500'000;
+
+/// A surface that a picture shows of an object.
+struct ObjectMesh {
+  std::uint32_t object;
+  Pose X_OM;
+  std::shared_ptr<const TriangleMesh> mesh;  ///< [m]
+};
+
+/// The surfaces that a picture shows instead of the hexahedra that cover them.
+struct ObjectMeshes {
+  std::vector<std::uint32_t> objects;   ///< that have one; ascending
+  std::size_t triangles = 0;            ///< of all
+  std::vector<std::uint32_t> left_out;  ///< objects for whose meshes there was no room
+  std::string bytes;                    ///< as protocol.md has them; empty: none
+};
+
+/// Those of an object go together; objects come in their order until kMostTriangles.
+ObjectMeshes place_meshes(const std::vector<ObjectMesh>& meshes);
+
+/// A list of {"object", "mesh": a file, relative to this one, "metres_per_unit"; "up": axis of the mesh that
+/// is the object's z, left out: as written}. The mesh's frame is the object's.
+/// @return empty: there is no such file. @throws InputError naming the file: what it cannot mean, and as
+/// load_mesh().
+std::vector<ObjectMesh> read_meshes(const std::filesystem::path& file, const training::Setting& setting);
+
+}  // namespace touchstone::station

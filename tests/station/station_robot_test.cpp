@@ -1,0 +1,206 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "touchstone/contact_core/fit/mesh_distance.hpp"
+#include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/station/flight/session.hpp"
+#include "touchstone/tests/station/station_scenes.hpp"
+#include "touchstone/tests/support/program_test.hpp"
+
+// Robots of others in the station: flown before a block, and pictured by the meshes that their files have.
+
+namespace touchstone::station {
+namespace {
+
+constexpr const char* kRobot = TOUCHSTONE_ROBOTS "/mesh_arm/urdf/mesh_arm.urdf";
+
+/// Each mesh in a box of its own; spheres by facets.
+SceneRobots in_boxes() {
+  SceneRobots robots;
+  robots.choices.over = "box";
+  robots.choices.sphere_facets = 8;
+  return robots;
+}
+
+struct Surface {
+  std::uint32_t object;
+  std::vector<Vector3> corners;
+};
+
+/// As protocol.md has them.
+std::vector<Surface> surfaces_of(const std::string& bytes) {
+  std::size_t at = 4;
+  const auto take = [&]<class T>(T value) {
+    std::memcpy(&value, bytes.data() + at, sizeof(T));
+    at += sizeof(T);
+    return value;
+  };
+  EXPECT_EQ(bytes.substr(0, 4), "TSM1");
+  std::vector<Surface> out(take(std::uint32_t{}));
+  for (Surface& surface : out) {
+    surface.object = take(std::uint32_t{});
+    surface.corners.resize(3 * std::size_t{take(std::uint32_t{})});
+    for (Vector3& corner : surface.corners)
+      for (int axis = 0; axis < 3; ++axis) corner[axis] = static_cast<double>(take(float{}));
+  }
+  EXPECT_EQ(at, bytes.size());
+  return out;
+}
+
+Bounds bounds_of(const HexahedronTree& tree) {
+  Bounds out;
+  for (const PlacedHexahedron& part : tree.solids())
+    for (const Vector3& vertex : part.solid.vertices()) out.add(transform(part.X_OS, vertex));
+  return out;
+}
+
+TEST(StationRobot, IsPicturedByItsMeshesWhereItsHexahedraAre) {
+  const auto scene = load_station_scene(kRobot, 50.0, in_boxes());
+  EXPECT_EQ(scene->name, "mesh_arm");
+  EXPECT_EQ(scene->meshes.triangles, 28U + 28U + 12U);
+  std::vector<std::string> names;
+  for (const Surface& surface : surfaces_of(scene->meshes.bytes)) {
+    names.push_back(scene->setting.object_name(surface.object));
+    Bounds mesh;
+    for (const Vector3& corner : surface.corners) mesh.add(corner);
+    const HexahedronTree& tree = *scene->setting.instance().trees()[surface.object];
+    // Nothing of it lies outside of what stands for it; the lower boom's cuff reaches further.
+    const Bounds cover = bounds_of(tree);
+    for (int axis = 0; axis < 3; ++axis) {
+      EXPECT_GE(mesh.low[axis], cover.low[axis] - 1e-6);
+      EXPECT_LE(mesh.high[axis], cover.high[axis] + 1e-6);
+    }
+    if (names.back() == "mesh_arm.upper") {
+      EXPECT_NEAR(mesh.low.x(), 0.12, 1e-6);
+      EXPECT_NEAR(mesh.high.x(), 0.72, 1e-6);
+    }
+  }
+  EXPECT_THAT(names, testing::ElementsAre("mesh_arm.upper", "mesh_arm.lower", "mesh_arm.hand"));
+  const nlohmann::json text = nlohmann::json::parse(scene_json(*scene));
+  EXPECT_EQ(text["meshes"]["path"], "meshes/" + scene->files);
+  EXPECT_EQ(text["meshes"]["triangles"], 68);
+}
+
+TEST(StationRobot, ABundledArmHasNoMeshes) {
+  const StationScenes scenes = bundled({"grapple"});
+  EXPECT_TRUE(scenes[0]->meshes.bytes.empty());
+  EXPECT_FALSE(nlohmann::json::parse(scene_json(*scenes[0])).contains("meshes"));
+}
+
+TEST(StationRobot, MeetsTheBlockAndIsHeldThere) {
+  StationScenes scenes;
+  scenes.push_back(load_station_scene(kRobot, 50.0, in_boxes()));
+  Session session(scenes, 0);
+  // Towards the block, as the script's hand would go.
+  const HandScript& hand = scenes[0]->setting.script().hands[0];
+  const Vector3 way = hand.rates[0].velocity / norm(hand.rates[0].velocity);
+  const Pose& X_WO = scenes[0]->setting.scene().objects[scenes[0]->hand_object()].X_WO;
+  HandInput input;
+  const Vector3 way_T = rotate_back(X_WO.R, way);
+  for (int axis = 0; axis < 3; ++axis) input.translation[axis] = way_T[axis];
+  bool blocked = false;
+  for (int frame = 0; frame < 500 && !blocked; ++frame) {
+    session.step(input);
+    blocked = session.flight().methods().back().blocked_frames > 0;
+  }
+  EXPECT_TRUE(blocked);
+}
+
+TEST(StationMeshes, ThoseWithoutRoomAreNamedAndLeftToTheirHexahedra) {
+  auto large = std::make_shared<TriangleMesh>();
+  large->vertices = {Vector3(0, 0, 0), Vector3(1, 0, 0), Vector3(0, 1, 0)};
+  large->triangles.assign(kMostTriangles, {0, 1, 2});
+  auto small = std::make_shared<TriangleMesh>(*large);
+  small->triangles.resize(1);
+  const ObjectMeshes placed = place_meshes(
+      {{7, {}, small}, {2, {}, small}, {5, {}, large}, {7, {Matrix3::Identity(), {0, 0, 3}}, small}});
+  EXPECT_THAT(placed.left_out, testing::ElementsAre(5U));
+  EXPECT_THAT(placed.objects, testing::ElementsAre(2U, 7U));
+  EXPECT_EQ(placed.triangles, 3U);
+  const std::vector<Surface> surfaces = surfaces_of(placed.bytes);
+  EXPECT_EQ(surfaces[1].corners[5].z(), 3.0);
+}
+
+class StationMeshList : public FolderTest {
+ protected:
+  StationMeshList() {
+    write("scene.yaml", R"(name: Part and block
+units: {length: m, angle: deg}
+frame_rate: 50
+contact_gap: 1e-9
+policy: slide
+duration: 1
+objects:
+  - {name: part, pose: {position: [0, 0, 0]}, hexahedra: [{name: s, box: {size: [1, 1, 1]}}]}
+  - {name: block, pose: {position: [2, 0, 0]}, hexahedra: [{name: s, box: {size: [1, 1, 1]}}]}
+)");
+    write("part.stl",
+          "solid a\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 10 0 0\nvertex 0 20 0\nendloop\n"
+          "endfacet\nendsolid a\n");
+    script_ = write("flight.yaml", R"(name: Part
+scene: {file: scene.yaml}
+policy: slide
+duration: 60
+hands:
+  - {object: block, rates: [{time: 0}]}
+)");
+  }
+  std::string error_of(const std::string& list) const {
+    write("flight.meshes.json", list);
+    try {
+      load_station_scene(script_, 50.0);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  }
+  std::filesystem::path script_;
+};
+
+TEST_F(StationMeshList, ShowsObjectsByTheirMeshes) {
+  write("flight.meshes.json", R"([{"object": "part", "mesh": "part.stl", "metres_per_unit": 0.1}])");
+  const auto scene = load_station_scene(script_, 50.0);
+  const std::vector<Surface> surfaces = surfaces_of(scene->meshes.bytes);
+  ASSERT_EQ(surfaces.size(), 1U);
+  EXPECT_EQ(surfaces[0].object, 0U);
+  EXPECT_EQ(surfaces[0].corners[1], Vector3(1, 0, 0));
+  EXPECT_EQ(surfaces[0].corners[2], Vector3(0, 2, 0));
+}
+
+TEST_F(StationMeshList, NamesWhatItCannotMean) {
+  EXPECT_THAT(error_of("[{"), testing::HasSubstr("flight.meshes.json: "));
+  EXPECT_THAT(error_of(R"([{"object": "nobody", "mesh": "part.stl", "metres_per_unit": 1}])"),
+              testing::HasSubstr("flight.meshes.json: there is no object 'nobody'"));
+  EXPECT_THAT(error_of(R"([{"object": "part", "mesh": "other.stl", "metres_per_unit": 1}])"),
+              testing::HasSubstr("other.stl"));
+  EXPECT_THAT(error_of(R"([{"object": "part", "mesh": "part.stl", "metres_per_unit": 1, "up": "w"}])"),
+              testing::HasSubstr("'w' is none of as-written, stated, x, y, z"));
+  EXPECT_THAT(error_of(R"([{"object": "part", "mesh": "part.stl"}])"), testing::HasSubstr("part.stl"));
+}
+
+TEST(StationRobot, AnotherCoverIsAnotherScene) {
+  SceneRobots fitted = in_boxes();
+  fitted.choices.over = "25%";
+  std::string account;
+  fitted.on_account = [&](const std::string& text) { account += text; };
+  EXPECT_NE(load_station_scene(kRobot, 50.0, fitted)->files,
+            load_station_scene(kRobot, 50.0, in_boxes())->files);
+  EXPECT_THAT(account, testing::HasSubstr("boom.stl, 28 triangles"));
+}
+
+TEST(StationRobot, RoundedSolidsAreRefusedByName) {
+  SceneRobots exact = in_boxes();
+  exact.choices.sphere_facets = 0;
+  try {
+    load_station_scene(kRobot, 50.0, exact);
+    FAIL() << "taken";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("shoulder"));
+  }
+}
+
+}  // namespace
+}  // namespace touchstone::station
