@@ -10,6 +10,7 @@
 #include "touchstone/contact_core/geometry/norms.hpp"
 #include "touchstone/contact_core/mechanism/mechanism_path.hpp"
 #include "touchstone/contact_core/motion/impact.hpp"
+#include "touchstone/contact_core/motion/kept_gap.hpp"
 #include "touchstone/contact_core/motion/narrowphase_query.hpp"
 #include "touchstone/contact_core/registry.hpp"
 
@@ -390,9 +391,9 @@ struct Judge::State {
     for (const LoggedEvent& event : events) {
       if (!reports_contact(event.kind) || has_ended(event, events)) continue;
       any = true;
-      const double gap =
-          std::max(setting.scene().contact_gap, 4.0 * resolution.at(scale_of(event.solids, X_WO)));
-      if (separation(event.solids, X_WO) <= 2.0 * gap + 0x1p-48 * scale_of(event.solids, X_WO)) return false;
+      const double scale = scale_of(event.solids, X_WO);
+      const double gap = kept_gap(setting.scene().contact_gap, resolution, scale);
+      if (separation(event.solids, X_WO) <= 2.0 * gap + 0x1p-48 * scale) return false;
     }
     return any;
   }
