@@ -82,11 +82,15 @@ TEST(StationRobot, IsPicturedByItsMeshesWhereItsHexahedraAre) {
   const nlohmann::json text = nlohmann::json::parse(scene_json(*scene));
   EXPECT_EQ(text["meshes"]["path"], "meshes/" + scene->files);
   EXPECT_EQ(text["meshes"]["triangles"], 68);
+  // Of its reach of 1.6 m or so, stretched out.
+  EXPECT_GT(text["view"].get<double>(), 1.0);
+  EXPECT_LT(text["view"].get<double>(), 3.6);
 }
 
 TEST(StationRobot, ABundledArmHasNoMeshes) {
   const StationScenes scenes = bundled({"grapple"});
   EXPECT_TRUE(scenes[0]->meshes.bytes.empty());
+  EXPECT_EQ(scenes[0]->view, 5.0);
   EXPECT_FALSE(nlohmann::json::parse(scene_json(*scenes[0])).contains("meshes"));
 }
 

@@ -125,10 +125,11 @@ json cameras_json(const StationScene& scene) {
   json out = json::array();
   const training::Arm* const arm = scene.arm();
   const Vector3 tip = scene.setting.scene().objects[scene.hand_object()].X_WO.p;
+  const double share = scene.view / kFarthestView;
   if (arm != nullptr) {
     for (const Tip& each : scene.tips) {
       const bool is_first = &each == scene.tips.data();
-      const double away = each.jaws.empty() ? 1.0 : 0.6;  // tools with jaws are smaller
+      const double away = share * (each.jaws.empty() ? 1.0 : 0.6);  // tools with jaws are smaller
       out.push_back(camera(is_first ? "wrist" : "wrist " + each.name, static_cast<int>(each.object),
                            transform(each.X_HT, away * Vector3(-0.6, 0.0, 0.35)),
                            rotate(each.X_HT.R, {1.0, 0.0, -0.25}), rotate(each.X_HT.R, {0.0, 0.0, 1.0}),
@@ -140,10 +141,11 @@ json cameras_json(const StationScene& scene) {
           out.push_back(camera(each.name, static_cast<int>(arm->first_object + i), each.position, each.look,
                                each.up, each.fov));
   }
-  const Vector3 bay = tip + Vector3(2.5, -3.5, 1.2);
-  const Vector3 mast = tip + Vector3(-3.0, -2.5, 2.5);
-  out.push_back(camera("pan-tilt", -1, mast, tip - Vector3(0.0, 0.0, 0.5) - mast, {0.0, 0.0, 1.0}, 0.7));
-  out.push_back(camera("bay", -1, bay, tip - Vector3(0.0, 0.0, 0.5) - bay, {0.0, 0.0, 1.0}, 0.9));
+  const Vector3 bay = tip + share * Vector3(2.5, -3.5, 1.2);
+  const Vector3 mast = tip + share * Vector3(-3.0, -2.5, 2.5);
+  const Vector3 below = tip - share * Vector3(0.0, 0.0, 0.5);
+  out.push_back(camera("pan-tilt", -1, mast, below - mast, {0.0, 0.0, 1.0}, 0.7));
+  out.push_back(camera("bay", -1, bay, below - bay, {0.0, 0.0, 1.0}, 0.9));
   return out;
 }
 
@@ -276,6 +278,17 @@ void check_hold(const StationTask& task, const StationScene& scene, const std::f
                      scene.setting.object_name(task.object) + " not hold " + scene.tips[task.tip].name);
 }
 
+/// How far the arm's links reach from its base as they stand [m].
+double reach_of(const training::Setting& setting, const training::Arm& arm) {
+  double reach = 0.0;
+  for (std::uint32_t i = arm.first_object; i < arm.first_object + arm.object_count; ++i) {
+    const Sphere& sphere = setting.instance().trees()[i]->nodes()[0].sphere_O;
+    const Vector3 centre = transform(setting.scene().objects[i].X_WO, sphere.centre);
+    reach = std::max(reach, norm(centre - arm.X_WB.p) + sphere.radius);
+  }
+  return reach;
+}
+
 }  // namespace
 
 StationScene::StationScene(std::string given_name, Script script, double rate)
@@ -314,6 +327,8 @@ std::unique_ptr<const StationScene> load_station_scene(const std::filesystem::pa
   scene->file = std::filesystem::absolute(file);
   const std::filesystem::path mesh_list = std::filesystem::path(file).replace_extension(".meshes.json");
   std::vector<ObjectMesh> meshes = read_meshes(mesh_list, scene->setting);
+  if (is_robot_file(file))
+    scene->view = std::min(kFarthestView, 2.0 * reach_of(scene->setting, *scene->arm()));
   if (scene->arm() != nullptr) robot.append_meshes(*scene->arm(), meshes);
   scene->meshes = place_meshes(meshes);
   scene->files =
@@ -333,6 +348,7 @@ std::string scene_json(const StationScene& scene) {
               {"arms", arms_json(scene)},
               {"dynamics", scene.dynamics != nullptr},
               {"hand", scene.hand_object()},
+              {"view", scene.view},
               {"tips", tips_json(scene)},
               {"cameras", cameras_json(scene)},
               {"latches", latches_json(scene)},

@@ -29,6 +29,8 @@ struct HoldOption {
   bool at_start;          ///< the arm stands on it at first
 };
 
+inline constexpr double kFarthestView = 5.0;  ///< [m]
+
 /// A scene that can be flown: a hand-controller script (adapters/scene_files/README.md) whose rates are the
 /// hands' instead. Its first hand is flown. Latches at time 0 hold at the start; they and the later ones are
 /// those that an operator may ask for. Its other actions are passed by.
@@ -49,7 +51,10 @@ struct StationScene {
   std::vector<StationTask> tasks;                   ///< at most kMostTasks
   std::vector<Tip> tips;                            ///< what the hand may fly, at least one
   std::shared_ptr<const StationDynamics> dynamics;  ///< null: the scene's file has no guarded dynamics
-  ObjectMeshes meshes;                              ///< of the robot that is flown, where its file has some
+  /// How far from the hand the main camera starts [m]; other cameras stand in proportion. Of a robot's file a
+  /// little more than it reaches, so that all of it is seen.
+  double view = kFarthestView;
+  ObjectMeshes meshes;  ///< of the robot that is flown, where its file has some
 
   /// Null: the hand flies a free object.
   const training::Arm* arm() const { return setting.arms().empty() ? nullptr : setting.arms().data(); }
