@@ -33,7 +33,7 @@ touchstone_code touchstone_add_robot(touchstone_world* world, const char* name, 
     MechanismPlacement placement;
     placement.initial = c_interface::values_of(values, count, "values");
     if (given.mechanism != nullptr) c_interface::take_options(*given.mechanism, robot, placement);
-    // What still overlaps as the file has it.
+    // Links that still overlap in the reference pose.
     if (given.exempt_reference_overlaps != 0) exempt_reference_overlaps(robot, *make_native());
     *out = c_interface::add_mechanism(*world, std::move(robot), std::move(placement), *X_WB);
   });

@@ -183,7 +183,7 @@ void act(DynamicScene& self, double time, const std::string& kind, const std::st
     action.joint = joint_of(self, what);
   else
     action.carried = object_of(self, what, kNoObject);
-  // What belongs to this kind has to be there, and nothing else.
+  // The kind's own fields are required, and no others are allowed.
   if ((action.kind == SceneAction::Kind::drive) != drive.has_value())
     reject("drive", "is for actions of kind 'drive', which need one");
   if ((action.kind == SceneAction::Kind::latch) != carrier.has_value())

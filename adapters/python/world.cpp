@@ -394,7 +394,7 @@ void collect_cycles(PyHeapTypeObject* made) {
     if (GuardedWorld* const world = world_in(self)) world->clear();
     return 0;
   };
-  // What a world lets go of when it ends may start the collector, which must not see it any more.
+  // Objects released by the world's end may start the collector, which must no longer see the world.
   type.tp_dealloc = [](PyObject* self) {
     PyObject_GC_UnTrack(self);
     py::detail::pybind11_object_dealloc(self);

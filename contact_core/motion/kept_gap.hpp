@@ -6,7 +6,7 @@
 
 namespace touchstone {
 
-/// What motion keeps of the resolution of the separations that lead it: as many times.
+/// The least gap of motion, as a multiple of the resolution of the separations that lead it.
 inline constexpr double kGapOverResolution = 4.0;
 
 /// The gap that motion keeps [m]: what is asked for, or more where the separations are coarser.

@@ -47,7 +47,7 @@ std::vector<std::size_t> movers_of(const Scene& scene) {
   return movers;
 }
 
-/// What carries it, and what carries that.
+/// Its carrier, and the carrier's own.
 std::size_t root_of(const Scene& scene, std::size_t object) {
   const std::size_t carrier = carrier_of(scene, object);
   return carrier == kNoObject ? object : root_of(scene, carrier);

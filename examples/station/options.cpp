@@ -73,7 +73,7 @@ std::optional<StationOptions> parse_station_options(int argc, const char* const*
     for (const unsigned method : methods) out.methods |= 1U << method;
   }
   if (!out.replay.empty()) refuse_with_replay(app);
-  // What the user brings joins the bundled scenes, and is flown first.
+  // The user's scenes join the bundled ones, and are flown first.
   if (std::filesystem::path(out.scene).extension() == ".yaml" || is_robot_file(out.scene))
     out.scripts.emplace_back(std::exchange(out.scene, ""));
   out.scripts.insert(out.scripts.end(), out.robots.files.begin(), out.robots.files.end());

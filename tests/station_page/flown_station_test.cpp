@@ -34,7 +34,7 @@ class RunningStation {
     }
     close(said[1]);
     char letter = 0;
-    // What a robot's meshes became is said before the address.
+    // The account of a robot's meshes comes before the address.
     while (line_.find("http://") == std::string::npos) {
       line_.clear();
       while (read(said[0], &letter, 1) == 1 && letter != '\n') line_ += letter;

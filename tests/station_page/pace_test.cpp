@@ -131,7 +131,7 @@ TEST_F(StationPace, AHiddenTabIsNoStall) {
   EXPECT_LT(value("touchstoneStation.latency.worst"), 3500) << "no hand that was let go came so late";
   EXPECT_LT(value("Math.max(...touchstoneStation.station.ages) / 1000"), 3500);
   EXPECT_LT(value("Math.max(0, ...touchstoneStation.station.intervals)"), 3500);
-  // What is judged begins anew.
+  // The judgement begins anew.
   value("draw(pace, 2, budget + 1); pace.rest(); window.now += 60000");
   EXPECT_EQ(value("draw(pace, 2, budget + 1)"), 0);
 }
@@ -141,7 +141,7 @@ TEST_F(StationPace, SaysWhatItLeavesOut) {
   EXPECT_EQ(value("pace.at = 2; pace.says"),
             "drawn for speed with 75 % of the pixels each way, one CCTV picture at a time");
   EXPECT_THAT(value("pace.at = levels.length - 1; pace.says").get<std::string>(), HasSubstr("no edges"));
-  // What is chosen by hand stays, however long pictures take.
+  // A choice by hand stays, however long pictures take.
   value("pace.fix(0.5); draw(pace, 100, 500)");
   EXPECT_EQ(value("[pace.pixels, pace.level.cctv > 4, pace.level.edges]"), nlohmann::json({0.5, true, true}));
   EXPECT_EQ(value("pace.says"), "drawn with 0.5 of the pixels each way, as chosen");

@@ -10,7 +10,7 @@ namespace touchstone::comparison {
 /// A stop that is so far from the contact still is early, and wrong [S].
 inline constexpr double kEarlyFrom = 1e-3;
 
-/// What is wrong with an answer about a path.
+/// The faults of an answer about a path.
 struct PathFault {
   std::string id;
   std::string reason;  ///< missed, late, phantom, early, open, failed; empty: a cost alone

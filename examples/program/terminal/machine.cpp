@@ -43,7 +43,7 @@ Machine describe_machine() {
   machine.hardware_threads = std::thread::hardware_concurrency();
   utsname system{};
   if (uname(&system) == 0) {
-    // What follows the version is a distributor's or a host's own.
+    // Text after the version is the distributor's or the host's own.
     const std::string release = system.release;
     machine.system = std::string(system.sysname) + " " +
                      release.substr(0, release.find_first_not_of("0123456789.")) + " " + system.machine;

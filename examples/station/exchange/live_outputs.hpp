@@ -10,7 +10,7 @@
 
 namespace touchstone::station {
 
-/// What a live flight is shown on besides the page: CIGI, a record, an animation. None of them delays the
+/// The outputs of a live flight besides the page: CIGI, a record, an animation. None of them delays the
 /// loop: what one does not take at once it loses, counts and says at the end.
 class LiveOutputs {
  public:

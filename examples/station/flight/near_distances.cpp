@@ -82,7 +82,7 @@ void NearDistances::find(std::uint32_t object, std::span<const Pose> X_WO,
   const auto count = static_cast<std::uint32_t>(X_WO.size());
   const auto moves_along = [&](std::uint32_t i) { return i == object || formation.root_of(i) == object; };
   for (std::uint32_t i = 0; i < count; ++i) place(i, X_WO[i]);
-  // What moves along counts as the object itself; of each other object the least distance is kept.
+  // Objects that move along count as the object itself; of each other one the least distance is kept.
   count_ = 0;
   for (std::uint32_t other = 0; other < count; ++other) {
     const bool is_own =

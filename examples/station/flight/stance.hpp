@@ -34,7 +34,7 @@ class Stance {
   /// is; null: the base stays. @param joints the arm's values.
   std::unique_ptr<const training::Arm> stand_without(std::uint32_t tip, std::span<const Pose> X_WO,
                                                      std::span<const double> joints) const;
-  /// What stand_without() returned, or null.
+  /// The result of stand_without(), or null.
   void let_go(std::uint32_t tip, std::unique_ptr<const training::Arm> walked);
 
   /// A fixture holds an end whose mouth's middle is this near to its own frame's origin [m], and whose axis

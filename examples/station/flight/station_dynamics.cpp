@@ -139,7 +139,7 @@ DynamicScene go_on_from(const physics::GuardedSimulation& now, const StationDyna
                         const training::Setting& setting, const training::Arm& arm) {
   const physics::SceneSimulation& simulation = now.simulation();
   DynamicScene out = dynamics.things;
-  // What is free or carried goes on as it moves.
+  // Free and carried objects keep their velocities.
   for (std::size_t i = 0; i < out.bodies.size(); ++i) {
     Pose& X_WO = out.scene.objects[i].X_WO;
     X_WO = now.shown_pose(i);

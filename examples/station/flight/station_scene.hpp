@@ -21,8 +21,8 @@ struct LatchOption {
   std::vector<SolidPair> allowed;
 };
 
-/// What may hold an end of an arm that walks, as a script's holds name it. A fixture's z axis is its probe's,
-/// away from its plate, where its origin is.
+/// A fixture that may hold an end of an arm that walks, as a script's holds name it. A fixture's z axis is
+/// its probe's, away from its plate, where its origin is.
 struct HoldOption {
   std::uint32_t tip;      ///< of StationScene::tips
   std::uint32_t fixture;  ///< object

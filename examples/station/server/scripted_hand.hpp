@@ -7,7 +7,7 @@
 
 namespace touchstone::station {
 
-/// What a scripted hand holds at a time [s] after its start: sweeps of all six axes, none of which repeats
+/// The scripted hand's input at a time [s] after its start: sweeps of all six axes, none of which repeats
 /// with another, full deflection at most.
 HandInput scripted_hand(double seconds);
 

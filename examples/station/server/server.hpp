@@ -47,7 +47,7 @@ class Server {
          double rate, const Recorder* recorder);
   ~Server();  ///< closes all sockets
 
-  /// What the hand of a pilot holds that is no page; the newest counts, what the server could not take in
+  /// The input of a pilot that is no page; the newest counts, what the server could not take in
   /// time is overwritten. Any thread.
   void fly(std::uint32_t client, std::uint32_t number, const HandInput& hand);
 

@@ -12,8 +12,8 @@
 
 namespace touchstone::station {
 
-/// What spacenav's daemon sends: eight words an event. Of a motion: 0, then x y z (right, up, towards the
-/// pilot), the turns about these, and the milliseconds since the last one.
+/// The messages of spacenav's daemon: eight words an event. Of a motion: 0, then x y z (right, up, towards
+/// the pilot), the turns about these, and the milliseconds since the last one.
 using SpaceEvent = std::array<std::int32_t, 8>;
 
 /// Adds an event to what the hand holds: forward, left and up are the hand's x, y and z. False: a button's,

@@ -123,14 +123,14 @@ void ContactWorldMethod::take_links(const Arm& arm) {
 }
 
 void ContactWorldMethod::set_base(const Arm& arm) {
-  // What an arm may be refused for is asked of a world of its own, before anything changes.
+  // A world of its own checks first whether the arm is refused, before anything changes.
   const MechanismPlacement placement{arm.mechanism, arm.X_WB, arm.joints, {}, arm.weights};
   ContactWorld(make_native(), make_native_broadphase()).add_mechanism(placement);
   const std::size_t index = index_of(arm);
   const auto is_arms = [&](const Action& latch) {
     return latch.carrier - arm.first_object < arm.object_count;
   };
-  // What the links carry is let go, and carried again where it is.
+  // The links let go of their loads, and take them up again where they are.
   for (const Action& latch : latches_)
     if (is_arms(latch)) world_.unlatch(objects_[latch.object]);
   world_.remove_mechanism(mechanisms_[index]);
