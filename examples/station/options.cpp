@@ -15,19 +15,7 @@ void refuse_with_replay(const CLI::App& app) {
       throw InputError(std::string(option) + " is not of a --replay: the recording says how it was flown");
 }
 
-}  // namespace
-
-std::optional<StationOptions> parse_station_options(int argc, const char* const* argv,
-                                                    const std::filesystem::path& page) {
-  StationOptions out;
-  out.server.page = page;
-  out.outputs.records_option = "--poses";
-  CLI::App app(
-      "The training station: flies an arm from a page in a browser on this machine, with and without contact "
-      "detection.",
-      "touchstone_station");
-  std::vector<unsigned> methods;
-  bool has_token = false;
+void add_flight_options(CLI::App& app, StationOptions& out, std::vector<unsigned>& methods) {
   app.add_option("--scene", out.scene,
                  "scene to begin with: a bundled one's name, a script (YAML), or a robot's file");
   out.robots.sphere_facets = 8;  // of the four methods, ours alone takes rounded solids
@@ -50,6 +38,9 @@ std::optional<StationOptions> parse_station_options(int argc, const char* const*
                  "with --poses: folder for an animation, written at the end");
   app.add_option("--cigi", out.outputs.cigi,
                  "HOST:PORT of an image generator, live or of a --replay in real time");
+}
+
+void add_server_options(CLI::App& app, StationOptions& out) {
   app.add_option("--seconds", out.seconds, "end after so long")->check(CLI::NonNegativeNumber);
   app.add_flag("--soak", out.soak, "a scripted hand flies, for the figures of a long flight; with --seconds");
   app.add_option("--space-mouse", out.space_mouse, "socket of spacenav's daemon, instead of the usual one");
@@ -60,12 +51,40 @@ std::optional<StationOptions> parse_station_options(int argc, const char* const*
   app.add_option("--udp", out.server.udp_port, "port for datagrams of hands");
   app.add_option("--page", out.server.page, "folder of the page's files")->check(CLI::ExistingDirectory);
   app.add_flag("--list", out.list, "scenes");
-  if (!comparison::parse_command_line(app, argc, argv)) return std::nullopt;
-  // Beyond loopback nobody is let in without a token.
-  has_token = !out.server.token.empty();
+}
+
+/// Beyond loopback nobody is let in without a token.
+void settle_token(StationOptions& out) {
+  const bool has_token = !out.server.token.empty();
   if (has_token && out.server.token.size() < 8) throw InputError("a token of fewer than 8 characters");
   if (!has_token && out.server.bind != "127.0.0.1" && out.server.bind != "::1")
     out.server.token = make_token();
+}
+
+/// The user's scenes join the bundled ones, and are flown first.
+void settle_scenes(StationOptions& out) {
+  if (std::filesystem::path(out.scene).extension() == ".yaml" || is_robot_file(out.scene))
+    out.scripts.emplace_back(std::exchange(out.scene, ""));
+  out.scripts.insert(out.scripts.end(), out.robots.files.begin(), out.robots.files.end());
+  if (out.scene.empty() && !out.scripts.empty()) out.scene = out.scripts.front().stem().string();
+}
+
+}  // namespace
+
+std::optional<StationOptions> parse_station_options(int argc, const char* const* argv,
+                                                    const std::filesystem::path& page) {
+  StationOptions out;
+  out.server.page = page;
+  out.outputs.records_option = "--poses";
+  CLI::App app(
+      "The training station: flies an arm from a page in a browser on this machine, with and without contact "
+      "detection.",
+      "touchstone_station");
+  std::vector<unsigned> methods;
+  add_flight_options(app, out, methods);
+  add_server_options(app, out);
+  if (!comparison::parse_command_line(app, argc, argv)) return std::nullopt;
+  settle_token(out);
   if (!out.open.empty() && out.open_scene.empty())
     throw InputError("--open needs --of SCENE: records have no solids");
   if (!methods.empty()) {
@@ -73,11 +92,7 @@ std::optional<StationOptions> parse_station_options(int argc, const char* const*
     for (const unsigned method : methods) out.methods |= 1U << method;
   }
   if (!out.replay.empty()) refuse_with_replay(app);
-  // The user's scenes join the bundled ones, and are flown first.
-  if (std::filesystem::path(out.scene).extension() == ".yaml" || is_robot_file(out.scene))
-    out.scripts.emplace_back(std::exchange(out.scene, ""));
-  out.scripts.insert(out.scripts.end(), out.robots.files.begin(), out.robots.files.end());
-  if (out.scene.empty() && !out.scripts.empty()) out.scene = out.scripts.front().stem().string();
+  settle_scenes(out);
   return out;
 }
 
