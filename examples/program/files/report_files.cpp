@@ -39,13 +39,13 @@ std::string obstacle(const fs::path& folder, const std::optional<Manifest>& mani
     if (is_dangling || (fs::exists(status) && !fs::is_directory(status)))
       return (folder / part).string() + " is no folder";
   }
-  switch (standing(folder, manifest, name)) {
-    case Standing::free:
-    case Standing::ours:
+  switch (owner_of(folder, manifest, name)) {
+    case FileOwner::free:
+    case FileOwner::ours:
       return "";
-    case Standing::changed:
+    case FileOwner::changed:
       return path + " has changed since an earlier run wrote it";
-    case Standing::foreign:
+    case FileOwner::foreign:
       return path + " is there and no earlier run wrote it";
   }
   return "";
@@ -158,7 +158,7 @@ void remove_stale(const fs::path& folder, const std::optional<Manifest>& before,
   std::set<std::string> kept;
   for (const ManifestEntry& file : now.files) kept.insert(file.name);
   for (const ManifestEntry& file : before->files)
-    if (!kept.contains(file.name) && standing(folder, before, file.name) == Standing::ours)
+    if (!kept.contains(file.name) && owner_of(folder, before, file.name) == FileOwner::ours)
       unlink((folder / file.name).c_str());
 }
 
@@ -167,7 +167,7 @@ void add_earlier(Manifest& now, const fs::path& folder, const Manifest& before) 
   std::set<std::string> written;
   for (const ManifestEntry& file : now.files) written.insert(file.name);
   for (const ManifestEntry& file : before.files)
-    if (!written.contains(file.name) && standing(folder, before, file.name) != Standing::free)
+    if (!written.contains(file.name) && owner_of(folder, before, file.name) != FileOwner::free)
       now.files.push_back(file);
 }
 
@@ -227,7 +227,7 @@ void write_report_folder(const fs::path& folder, std::span<const ReportFile> fil
   for (const auto& [name, content] : files) {
     const fs::path path = folder / name;
     folders.make(path.parent_path());
-    written.emplace_back(TemporaryFile(path, content), standing(folder, before, name) == Standing::ours);
+    written.emplace_back(TemporaryFile(path, content), owner_of(folder, before, name) == FileOwner::ours);
   }
   TemporaryFile both(folder / kManifestName, manifest_text(united(before, now)));
   TemporaryFile last(folder / kManifestName, manifest_text(now));
@@ -276,8 +276,8 @@ std::string StreamedFile::keep() try {
   const auto hold = hold_interrupts();
   const FolderLock lock(folder_);
   const std::optional<Manifest> before = read_manifest(folder_, kRecordsManifestName);
-  const Standing stands = standing(folder_, before, name_);
-  if (stands == Standing::changed || stands == Standing::foreign) return obstacle(folder_, before, name_);
+  const FileOwner stands = owner_of(folder_, before, name_);
+  if (stands == FileOwner::changed || stands == FileOwner::foreign) return obstacle(folder_, before, name_);
   std::ifstream stream(path_, std::ios::binary);
   const std::string content(std::istreambuf_iterator<char>(stream), {});
   Manifest now = before.value_or(Manifest{program_invocation_short_name, true, {}});

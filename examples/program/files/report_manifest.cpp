@@ -76,21 +76,21 @@ std::string manifest_text(const Manifest& manifest) {
   return json.dump(1) + "\n";
 }
 
-Standing standing(const fs::path& folder, const std::optional<Manifest>& manifest, const std::string& name) {
+FileOwner owner_of(const fs::path& folder, const std::optional<Manifest>& manifest, const std::string& name) {
   const fs::path path = folder / name;
   std::error_code error;
   const fs::file_type type = fs::symlink_status(path, error).type();
-  if (type == fs::file_type::not_found) return Standing::free;
-  if (!manifest) return Standing::foreign;
+  if (type == fs::file_type::not_found) return FileOwner::free;
+  if (!manifest) return FileOwner::foreign;
   bool is_listed = false;
   for (const ManifestEntry& file : manifest->files) {
     if (file.name != name) continue;
     is_listed = true;
     if (type == fs::file_type::regular && fs::file_size(path, error) == file.bytes &&
         sha256(read_whole(path)) == file.sha256)
-      return Standing::ours;
+      return FileOwner::ours;
   }
-  return is_listed ? Standing::changed : Standing::foreign;
+  return is_listed ? FileOwner::changed : FileOwner::foreign;
 }
 
 }  // namespace touchstone::comparison

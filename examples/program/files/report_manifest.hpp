@@ -42,7 +42,7 @@ bool stays_inside(const std::string& name);
 std::string manifest_text(const Manifest& manifest);
 
 /// The owner of a file that has the name of one of ours.
-enum class Standing : std::uint8_t {
+enum class FileOwner : std::uint8_t {
   free,     ///< nothing
   ours,     ///< a file of an earlier run, unchanged since
   changed,  ///< a file of an earlier run that somebody changed
@@ -50,7 +50,7 @@ enum class Standing : std::uint8_t {
 };
 
 /// Returns what stands at `name` in the folder. Links are not followed: a link is somebody's.
-Standing standing(const std::filesystem::path& folder, const std::optional<Manifest>& manifest,
-                  const std::string& name);
+FileOwner owner_of(const std::filesystem::path& folder, const std::optional<Manifest>& manifest,
+                   const std::string& name);
 
 }  // namespace touchstone::comparison
