@@ -123,7 +123,7 @@ class Mechanism {
   /// The number of joints that move, and so the size of every span of joint values, in the order of joints().
   std::uint32_t value_count() const { return static_cast<std::uint32_t>(reference_.size()); }
   std::span<const double> reference() const { return reference_; }
-  /// Joints from the base outwards: each after the one that its inner link hangs on.
+  /// Joints from the base outwards: each follows the joint that moves its inner link.
   std::span<const std::uint32_t> outwards() const { return outwards_; }
   /// The joints between the base and `link`, from the base.
   std::span<const std::uint32_t> chain(std::uint32_t link) const;

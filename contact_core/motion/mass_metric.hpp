@@ -48,8 +48,8 @@ inline Twist operator*(double factor, const Twist& twist) { return {factor * twi
 /// @param J_W in the frame that the twists are in.
 double inner_product(const Matrix3& J_W, const Twist& a, const Twist& b);
 
-/// No turn is longer than `distance` / sqrt of this [m2]: a lower bound of J's eigenvalues, at least 4/9 of
-/// the least of three equal ones.
+/// A lower bound of J's eigenvalues [m2]; 4/9 of them where all three are equal. A turn whose distance in the
+/// metric is d is no longer than d / sqrt of it [rad].
 double least_inertia(const Matrix3& J);
 
 }  // namespace touchstone

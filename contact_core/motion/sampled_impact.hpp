@@ -3,8 +3,8 @@
 #include "touchstone/contact_core/motion/impact.hpp"
 
 /// @file
-/// Motion under a backend without separations: it judges the poses at which conservative advancement with
-/// another check's separations (native's) queries. Nothing is proven between these poses.
+/// Motion under a backend without separations: it judges the poses that conservative advancement, led by
+/// native's separations, visits. Nothing is proven between these poses.
 
 namespace touchstone {
 

@@ -21,7 +21,8 @@ class TaskRunner {
   virtual std::size_t threads() const noexcept = 0;
 
   /// Calls task(0) ... task(count - 1), once each, on any threads and in any order; returns when all have
-  /// returned, and what they wrote is then visible to the caller. Must not allocate, should who asks not.
+  /// returned, and what they wrote is then visible to the caller. Must not
+  /// allocate if the caller must not.
   virtual void run(std::size_t count, Task task) noexcept = 0;
 };
 

@@ -5,7 +5,7 @@
 
 namespace touchstone::physics {
 
-inline constexpr std::size_t kRungeKuttaStages = 7;  ///< of the method that has most
+inline constexpr std::size_t kRungeKuttaStages = 7;  ///< the most of any method here
 
 /// An explicit Runge-Kutta method: weights of the stages before each, and of all.
 struct RungeKutta {

@@ -34,7 +34,7 @@ class SeenPairs {
 /// evaluate() does not allocate.
 class GapNarrowphase final : public Narrowphase {
  public:
-  /// @param seen outlives it; as large as build()'s solids ask for. @param gap g [m], finite and >= 0.
+  /// @param seen has room for the pairs of build()'s solids; it is shared. @param gap g [m], finite and >= 0.
   /// @throws InputError: no narrowphase, one without distances, depths or manifolds; another gap.
   GapNarrowphase(std::unique_ptr<Narrowphase> inner, double gap, std::shared_ptr<const SeenPairs> seen);
 

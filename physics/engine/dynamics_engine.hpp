@@ -29,7 +29,7 @@ enum class ContactSide : std::uint8_t {
 
 /// One contact of the last step.
 struct EngineContact {
-  SolidPair solids;     ///< of the scene, counted through its objects; A is `a`
+  SolidPair solids;     ///< numbered over all objects of the scene; A is `a`
   PairStatus status;    ///< of the pair
   Vector3 p_W, n_AB_W;  ///< at the step's start; the point half-way between the surfaces
   double separation;    ///< there [m]

@@ -56,7 +56,7 @@ class SceneEngine : public DynamicsEngine {
 
   const EngineScene& bodies() const { return bodies_; }
   double step_size() const { return scene().step; }
-  /// Whether the pair is checked now, latches in force.
+  /// Whether the pair is checked now: not exempt, nor allowed by a latch that is closed.
   bool is_checked(SolidIndex a, SolidIndex b) const;
   bool has_latches() const { return !held_.empty(); }
   bool is_out(std::size_t body) const { return is_out_[body] != 0; }

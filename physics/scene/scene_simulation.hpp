@@ -50,9 +50,9 @@ class SceneSimulation {
   /// solid_name() counts.
   const TouchEvents& touches() const { return touches_; }
 
-  /// Closes DynamicScene::latch_options[option], or opens what carries the object. Between steps; the next
-  /// step moves as it then stands. @return false: carried already, or by nothing, a cycle, or an inertia that
-  /// begin_step() would refuse; nothing has changed then.
+  /// Closes DynamicScene::latch_options[option], or opens the latch that carries the object. Between steps;
+  /// the next step has the change. @return false, and nothing has changed: the object is carried already, or
+  /// not carried, or the latches would close a cycle or make an inertia that begin_step() refuses.
   bool latch_now(std::size_t option);
   bool release_now(std::size_t carried);
 
@@ -116,7 +116,7 @@ class SceneSimulation {
   std::span<const ExemptPair> allowed_with(std::size_t object) const;
   /// Its body or link in world().
   const Mover& mover_of(std::size_t object) const { return pieces_[object].mover; }
-  /// The object in the frame of what it is of; of what is fixed, in its root's.
+  /// Pose of the object in the frame F of its body or link; of a fixed object, in the root object's frame.
   const Pose& pose_within(std::size_t object) const { return pieces_[object].X_FO; }
   /// Links that fixed joints make one.
   bool are_one(std::size_t a, std::size_t b) const { return cluster_[a] == cluster_[b]; }

@@ -61,7 +61,7 @@ struct ConvexReport {
   double residual = 0.0;  ///< natural_residual() of what is returned, or a little more [m/s]
   int newton_steps = 0;
   bool converged = false;
-  /// No impulses do: what is returned yields as little as the softness lets it.
+  /// No impulses satisfy all contacts; the result is the soft answer, which yields as little as it can.
   bool is_contradictory = false;
   /// That was proven during the solve: impulses press against commands and move nothing (Farkas). True alone
   /// where the work ended before the soft answer was found.

@@ -9,8 +9,8 @@
 
 namespace touchstone::physics {
 
-/// Counts work in multiplications of its linear algebra, so that the same step ends at the same place on
-/// every machine; or, where a time is set, ends by the clock, which it does not.
+/// Counts multiplications of linear algebra, so that a step ends at the same place on every machine. With a
+/// time limit it ends by the clock, and results depend on the machine.
 class WorkBudget {
  public:
   static constexpr double kNoEnd = kInfinity;

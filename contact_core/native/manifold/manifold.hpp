@@ -14,8 +14,9 @@ struct Manifold {
   std::array<ContactPoint, kMaxManifoldPoints> points;
 };
 
-/// The manifold of a pair of hexahedra that the kernels for boxes and parallelepipeds do not take (those are
-/// made in manifold_kernels.hpp, led by clip_batch.hpp).
+/// The manifold of a pair of hexahedra that the kernels for boxes and parallelepipeds do not take: those clip
+/// one pair of boxes in simd/box_pair_clip.hpp, many pairs in simd/manifold_kernels.hpp, led by
+/// clip_batch.hpp.
 ///
 /// The face of each hull whose normal is most along n (A) and against n (B), seen along n and clipped against
 /// each other (polygon_clip.hpp). Each corner of the clip lies on an edge of one face; carried along n onto
