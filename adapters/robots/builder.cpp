@@ -131,15 +131,17 @@ void RobotBuilder::add_cover(const ShapePlace& place, const Loaded& loaded, cons
   const std::string name = unique_name(place.link, place.name);
   LinkDescription& link = robot_->mechanism.links[place.link];
   std::size_t index = 0;
+  std::vector<std::string> names;
   for (const PlacedHexahedron& part : loaded.cover.solids) {
     const std::string part_name = loaded.cover.solids.size() == 1
                                       ? name
                                       : unique_name(place.link, name + "." + std::to_string(index++));
     link.solids.push_back({part_name, part.solid, with_rounded_frame(place.X_LS, part.X_OS)});
+    names.push_back(part_name);
   }
   robot_->replaced.push_back({link.name, name, "mesh", file, loaded.triangles, loaded.cover.solids.size(),
                               loaded.cover.error, loaded.size});
-  if (loaded.mesh) robot_->meshes.push_back({link.name, place.X_LS, loaded.mesh});
+  if (loaded.mesh) robot_->meshes.push_back({link.name, place.X_LS, loaded.mesh, std::move(names)});
 }
 
 void RobotBuilder::add_mesh_file(const ShapePlace& place, const std::string& uri, const Vector3& scale) {

@@ -69,6 +69,7 @@ struct LinkMesh {
   std::string link;
   Pose X_LM;
   std::shared_ptr<const TriangleMesh> mesh;  ///< in metres, scaled; links with the same file share it
+  std::vector<std::string> hexahedra;        ///< of the link, by name: those that stand for it
 };
 
 /// A robot as it was read.

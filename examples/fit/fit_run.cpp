@@ -174,7 +174,8 @@ FitRun run_fit(const std::filesystem::path& mesh, const FitRequest& request,
   }
   if (request.page) add_pictures(solid, request, progress, run);
   if (request.training)
-    for (comparison::ReportFile& file : training_files(run, mesh)) run.more.push_back(std::move(file));
+    for (comparison::ReportFile& file : training_files(run, mesh, request.output))
+      run.more.push_back(std::move(file));
   return run;
 }
 

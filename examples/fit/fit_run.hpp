@@ -36,8 +36,9 @@ struct FitRequest {
   std::optional<Length> keep_open;  ///< largest error in bores that are found
   std::vector<Length> levels;       ///< errors of coarser levels, ascending
   MeshInput input;
-  bool page = false;      ///< a page and a glTF model, too
-  bool training = false;  ///< a scene and a script to fly, too
+  bool page = false;                   ///< a page and a glTF model, too
+  bool training = false;               ///< a scene and a script to fly, too
+  std::filesystem::path output = ".";  ///< the folder of what is written, from where scenes name the mesh
   int repairs = FitOptions().repairs;
   int tries = 3;
   std::size_t samples = 0;

@@ -195,6 +195,7 @@ FitRequest request_of(const Options& options) {
   if (!options.size.empty()) request.input.expected_size = length_of(options.size, "--size");
   request.page = options.page;
   request.training = options.training;
+  request.output = options.output;
   request.repairs = options.repairs;
   request.tries = options.tries;
   request.samples = options.samples;

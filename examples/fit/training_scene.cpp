@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <optional>
+
 #include "touchstone/examples/fit/cover_scene.hpp"
 #include "touchstone/examples/program/files/json.hpp"
 
@@ -23,15 +25,16 @@ std::string flight_text(const FitRun& run, const Approach& approach) {
       approach.duration, row(-approach.velocity), 1.25 * approach.duration, row(aside));
 }
 
-std::string mesh_list(const FitRun& run, const std::filesystem::path& mesh) {
-  std::error_code unknown;
-  const std::filesystem::path whole = std::filesystem::absolute(mesh, unknown);
-  std::string up;
-  if (run.certificate.up != UpAxis::as_written)
-    up = fmt::format(R"(, "up": "{}")", to_string(run.certificate.up));
-  return fmt::format("[{{\"object\": {}, \"mesh\": {}, \"metres_per_unit\": {}{}}}]\n",
-                     comparison::Json(run.name).dump(),
-                     comparison::Json(whole.lexically_normal().string()).dump(), run.certificate.scale, up);
+/// The list by which the station shows the mesh; nothing where its path cannot stand in a text.
+std::optional<std::string> mesh_list(const FitRun& run, const std::filesystem::path& mesh,
+                                     const std::filesystem::path& output) {
+  const std::string path = std::filesystem::proximate(mesh, output).generic_string();
+  comparison::Json item = {{"object", run.name}, {"mesh", path}, {"metres_per_unit", run.certificate.scale}};
+  if (run.certificate.up != UpAxis::as_written) item["up"] = to_string(run.certificate.up);
+  const std::string text = comparison::one_line(comparison::Json::array({item}));
+  // What is no UTF-8 was replaced there.
+  if (comparison::Json::parse(text)[0]["mesh"] != path) return std::nullopt;
+  return text + "\n";
 }
 
 }  // namespace
@@ -61,7 +64,8 @@ Approach approach_to(const TriangleMesh& mesh) {
   return out;
 }
 
-std::vector<comparison::ReportFile> training_files(const FitRun& run, const std::filesystem::path& mesh) {
+std::vector<comparison::ReportFile> training_files(const FitRun& run, const std::filesystem::path& mesh,
+                                                   const std::filesystem::path& output) {
   const Approach approach = approach_to(run.mesh);
   const std::string scene =
       scene_text(run.fit, run.name, fmt::format("A block comes against {}", run.certificate.mesh_file),
@@ -71,9 +75,10 @@ std::vector<comparison::ReportFile> training_files(const FitRun& run, const std:
           "[{}, {}, {}]}}}}\n    motion: {{segments: [{{duration: {}, velocity: {}}}]}}\n",
           row(approach.from), approach.side, approach.side, approach.side, approach.duration,
           row(approach.velocity));
-  return {{run.name + ".scene.yaml", scene},
-          {run.name + ".flight.yaml", flight_text(run, approach)},
-          {run.name + ".flight.meshes.json", mesh_list(run, mesh)}};
+  std::vector<comparison::ReportFile> files = {{run.name + ".scene.yaml", scene},
+                                               {run.name + ".flight.yaml", flight_text(run, approach)}};
+  if (auto list = mesh_list(run, mesh, output)) files.push_back({run.name + ".flight.meshes.json", *list});
+  return files;
 }
 
 }  // namespace touchstone::fitting

@@ -10,8 +10,10 @@ namespace touchstone::fitting {
 /// mesh's middle side, which comes along its shortest side from a quarter of the diagonal away against the
 /// triangle that shows most of itself to it; and NAME.flight.yaml for training_run, in which the operator
 /// backs off and goes aside after that; and NAME.flight.meshes.json, by which the station shows the mesh.
-/// @param mesh its file; the list names it by its whole path.
-std::vector<comparison::ReportFile> training_files(const FitRun& run, const std::filesystem::path& mesh);
+/// @param mesh its file, which the list names relative to `output`, the folder that all this is for; no list
+/// is made of a mesh whose path is no UTF-8.
+std::vector<comparison::ReportFile> training_files(const FitRun& run, const std::filesystem::path& mesh,
+                                                   const std::filesystem::path& output);
 
 /// The block's size, and how it comes.
 struct Approach {

@@ -28,6 +28,17 @@ using namespace touchstone;
 using namespace touchstone::station;
 namespace fs = std::filesystem;
 
+/// Robots as they are flown, with their meshes where a page shows them. Where names alone are asked for
+/// nothing is fitted.
+SceneRobots robots_of(const StationOptions& options) {
+  SceneRobots robots{options.robots, {}, !options.list && options.replay.empty()};
+  if (options.list)
+    robots.choices.over = "box";
+  else
+    robots.on_account = comparison::print_now;
+  return robots;
+}
+
 /// The bundled ones by name, `worksite` first; then the user's own, each instead of a bundled one of its
 /// name.
 StationScenes load_scenes(const StationOptions& options, const fs::path& folder) {
@@ -44,7 +55,7 @@ StationScenes load_scenes(const StationOptions& options, const fs::path& folder)
   });
   files.insert(files.end(), options.scripts.begin(), options.scripts.end());
   StationScenes scenes;
-  const SceneRobots robots{options.robots, comparison::print_now};
+  const SceneRobots robots = robots_of(options);
   for (const fs::path& file : files) {
     scenes.push_back(load_station_scene(file, options.rate, robots));
     for (const std::uint32_t object : scenes.back()->meshes.left_out)
@@ -198,7 +209,8 @@ int fly(StationOptions options, const fs::path& folder) {
   if (options.dynamics && !scenes[scene]->dynamics)
     throw InputError("--dynamics: the scene '" + scenes[scene]->name + "' has none (dynamics with a guard)");
   if (!options.open.empty())
-    options.server.saved_flight = saved_flight(load_recorded_flight(options.open, options.open_scene));
+    options.server.saved_flight =
+        saved_flight(load_recorded_flight(options.open, options.open_scene, robots_of(options)));
   Session session(scenes, scene, options.methods, options.dynamics);
   Exchange exchange(most_frame_bytes(scenes));
   MergeJudge judge(scenes);

@@ -10,7 +10,7 @@ namespace {
 
 void refuse_with_replay(const CLI::App& app) {
   for (const char* option : {"--rate", "--methods", "--dynamics", "--record", "--seconds", "--port", "--bind",
-                             "--token", "--udp", "--page", "--open", "--soak", "--space-mouse", "--robot"})
+                             "--token", "--udp", "--page", "--open", "--soak", "--space-mouse"})
     if (app.count(option) > 0)
       throw InputError(std::string(option) + " is not of a --replay: the recording says how it was flown");
 }

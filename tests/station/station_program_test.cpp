@@ -105,9 +105,23 @@ TEST_F(StationProgram, AFlightOfARobotReplaysToTheSameBits) {
   EXPECT_EQ(replayed.code, 0) << replayed.err << replayed.out;
   EXPECT_NE(replayed.out.find("the same bits as recorded"), std::string::npos) << replayed.out;
   EXPECT_EQ(replayed.out.find("are others"), std::string::npos) << replayed.out;
+  // What it was may be opened beside it.
+  ASSERT_EQ(run("--over box --replay " + file + " --poses " + folder_.string()).code, 0);
+  const Outcome opened = run("--over box --port 0 --seconds 0.1 --open " + (folder_ / "robot.csv").string() +
+                             " --of " TOUCHSTONE_ROBOTS "/mesh_arm/urdf/mesh_arm.urdf");
+  EXPECT_EQ(opened.code, 0) << opened.err;
   // Covered otherwise it is another robot.
   replayed = run("--over 20% --replay " + file);
   EXPECT_NE(replayed.out.find("are others than when it was recorded"), std::string::npos) << replayed.out;
+}
+
+TEST_F(StationProgram, TwoScenesOfOneNameAreRefused) {
+  const std::filesystem::path other = folder_ / "mesh_arm.yaml";
+  std::ofstream(other) << "name: never read\n";
+  const Outcome outcome =
+      run("--list --scene " + other.string() + " --robot " TOUCHSTONE_ROBOTS "/mesh_arm/urdf/mesh_arm.urdf");
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_NE(outcome.err.find("is a scene of the same name"), std::string::npos) << outcome.err;
 }
 #endif
 

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "touchstone/contact_core/fit/mesh_distance.hpp"
@@ -60,18 +61,21 @@ Bounds bounds_of(const HexahedronTree& tree) {
 TEST(StationRobot, IsPicturedByItsMeshesWhereItsHexahedraAre) {
   const auto scene = load_station_scene(kRobot, 50.0, in_boxes());
   EXPECT_EQ(scene->name, "mesh_arm");
-  EXPECT_EQ(scene->meshes.triangles, 28U + 28U + 12U);
+  EXPECT_EQ(scene->meshes.triangles, 28U + (28U + 5U * 12U) + 12U);
   std::vector<std::string> names;
   for (const Surface& surface : surfaces_of(scene->meshes.bytes)) {
     names.push_back(scene->setting.object_name(surface.object));
     Bounds mesh;
     for (const Vector3& corner : surface.corners) mesh.add(corner);
     const HexahedronTree& tree = *scene->setting.instance().trees()[surface.object];
-    // Nothing of it lies outside of what stands for it; the lower boom's cuff reaches further.
+    // It is as large as what stands for it: each mesh has a box, and the lower boom's cuff, of which there is
+    // no mesh, is shown by its five hexahedra.
     const Bounds cover = bounds_of(tree);
     for (int axis = 0; axis < 3; ++axis) {
       EXPECT_GE(mesh.low[axis], cover.low[axis] - 1e-6);
       EXPECT_LE(mesh.high[axis], cover.high[axis] + 1e-6);
+      if (scene->setting.object_name(surface.object) != "mesh_arm.lower") continue;
+      EXPECT_NEAR(mesh.low[axis], cover.low[axis], 0.02);
     }
     if (names.back() == "mesh_arm.upper") {
       EXPECT_NEAR(mesh.low.x(), 0.12, 1e-6);
@@ -80,8 +84,8 @@ TEST(StationRobot, IsPicturedByItsMeshesWhereItsHexahedraAre) {
   }
   EXPECT_THAT(names, testing::ElementsAre("mesh_arm.upper", "mesh_arm.lower", "mesh_arm.hand"));
   const nlohmann::json text = nlohmann::json::parse(scene_json(*scene));
-  EXPECT_EQ(text["meshes"]["path"], "meshes/" + scene->files);
-  EXPECT_EQ(text["meshes"]["triangles"], 68);
+  EXPECT_EQ(text["meshes"]["path"], scene->meshes.path);
+  EXPECT_EQ(text["meshes"]["triangles"], 128);
   // Of its reach of 1.6 m or so, stretched out.
   EXPECT_GT(text["view"].get<double>(), 1.0);
   EXPECT_LT(text["view"].get<double>(), 3.6);
@@ -174,25 +178,45 @@ TEST_F(StationMeshList, ShowsObjectsByTheirMeshes) {
   EXPECT_EQ(surfaces[0].corners[2], Vector3(0, 2, 0));
 }
 
+TEST_F(StationMeshList, AMeshThatIsGoneLeavesTheHexahedraAndIsNamed) {
+  write("flight.meshes.json", R"([{"object": "part", "mesh": "gone.stl", "metres_per_unit": 0.1}])");
+  std::string said;
+  const auto scene = load_station_scene(script_, 50.0, {{}, [&](const std::string& text) { said += text; }});
+  EXPECT_TRUE(scene->meshes.bytes.empty());
+  EXPECT_THAT(said, testing::HasSubstr("there is no file gone.stl: the hexahedra of 'part' are shown"));
+}
+
 TEST_F(StationMeshList, NamesWhatItCannotMean) {
   EXPECT_THAT(error_of("[{"), testing::HasSubstr("flight.meshes.json: "));
   EXPECT_THAT(error_of(R"([{"object": "nobody", "mesh": "part.stl", "metres_per_unit": 1}])"),
               testing::HasSubstr("flight.meshes.json: there is no object 'nobody'"));
-  EXPECT_THAT(error_of(R"([{"object": "part", "mesh": "other.stl", "metres_per_unit": 1}])"),
-              testing::HasSubstr("other.stl"));
+  EXPECT_THAT(error_of(R"([{"object": "part", "mesh": "part.stl", "metres_per_unit": 1e60}])"),
+              testing::HasSubstr("further than 1e15 m"));
+  EXPECT_THAT(error_of(R"([{"object": "part", "mesh": "part.stl", "upp": "z"}])"),
+              testing::HasSubstr("unknown field 'upp'"));
+  EXPECT_THAT(error_of(R"({"object": "part", "mesh": "part.stl"})"), testing::HasSubstr("is no list"));
+  EXPECT_THAT(error_of(R"([{"object": "part", "mesh": "part.stl", "metres_per_unit": 1},
+                           {"object": "part", "mesh": "part.stl", "metres_per_unit": 1}])"),
+              testing::HasSubstr("'part' stands twice"));
   EXPECT_THAT(error_of(R"([{"object": "part", "mesh": "part.stl", "metres_per_unit": 1, "up": "w"}])"),
               testing::HasSubstr("'w' is none of as-written, stated, x, y, z"));
   EXPECT_THAT(error_of(R"([{"object": "part", "mesh": "part.stl"}])"), testing::HasSubstr("part.stl"));
 }
 
-TEST(StationRobot, AnotherCoverIsAnotherScene) {
+TEST(StationRobot, IsAnotherWhereItIsFlownOtherwiseAlone) {
   SceneRobots fitted = in_boxes();
   fitted.choices.over = "25%";
   std::string account;
   fitted.on_account = [&](const std::string& text) { account += text; };
-  EXPECT_NE(load_station_scene(kRobot, 50.0, fitted)->files,
-            load_station_scene(kRobot, 50.0, in_boxes())->files);
+  const std::string files = load_station_scene(kRobot, 50.0, in_boxes())->files;
+  EXPECT_NE(load_station_scene(kRobot, 50.0, fitted)->files, files);
   EXPECT_THAT(account, testing::HasSubstr("boom.stl, 28 triangles"));
+  // By another path, and without meshes for a picture.
+  SceneRobots unseen = in_boxes();
+  unseen.shows_meshes = false;
+  const auto same = load_station_scene(std::filesystem::proximate(kRobot), 50.0, unseen);
+  EXPECT_EQ(same->files, files);
+  EXPECT_TRUE(same->meshes.bytes.empty());
 }
 
 TEST(StationRobot, RoundedSolidsAreRefusedByName) {

@@ -259,7 +259,7 @@ TEST_F(StationServerOfARobot, ServesItsMeshes) {
   Exchange exchange(most_frame_bytes(scenes));
   const Server server(settings, exchange, scenes, 0, 200.0, nullptr);
   const std::string host = "127.0.0.1:" + std::to_string(server.port());
-  const Answer meshes = get(server.port(), "/meshes/" + scenes[0]->files, host);
+  const Answer meshes = get(server.port(), "/" + scenes[0]->meshes.path, host);
   EXPECT_EQ(meshes.status, 200U);
   EXPECT_EQ(meshes.body, scenes[0]->meshes.bytes);
   EXPECT_FALSE(meshes.body.empty());

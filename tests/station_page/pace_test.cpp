@@ -137,14 +137,16 @@ TEST_F(StationPace, AHiddenTabIsNoStall) {
 }
 
 TEST_F(StationPace, SaysWhatItLeavesOut) {
-  EXPECT_EQ(value("pace.says"), "");
-  EXPECT_EQ(value("pace.at = 2; pace.says"),
+  EXPECT_EQ(value("pace.says()"), "");
+  EXPECT_EQ(value("pace.at = 2; pace.says()"),
             "drawn for speed with 75 % of the pixels each way, one CCTV picture at a time");
-  EXPECT_THAT(value("pace.at = levels.length - 1; pace.says").get<std::string>(), HasSubstr("no edges"));
+  EXPECT_THAT(value("pace.at = levels.length - 1; pace.says()").get<std::string>(), HasSubstr("no edges"));
+  EXPECT_THAT(value("pace.says()").get<std::string>(), Not(HasSubstr("meshes")));
+  EXPECT_THAT(value("pace.says(true)").get<std::string>(), HasSubstr("hexahedra for meshes"));
   // A choice by hand stays, however long pictures take.
   value("pace.fix(0.5); draw(pace, 100, 500)");
   EXPECT_EQ(value("[pace.pixels, pace.level.cctv > 4, pace.level.edges]"), nlohmann::json({0.5, true, true}));
-  EXPECT_EQ(value("pace.says"), "drawn with 0.5 of the pixels each way, as chosen");
+  EXPECT_EQ(value("pace.says()"), "drawn with 0.5 of the pixels each way, as chosen");
 }
 
 TEST_F(StationPace, APageThatIsSlowToDrawLowersAndNeverQueues) {

@@ -1,10 +1,15 @@
 #include "touchstone/examples/station/flight/object_meshes.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <string_view>
 
 #include "touchstone/adapters/mesh_files/mesh_file.hpp"
 #include "touchstone/contact_core/input_error.hpp"
@@ -32,22 +37,45 @@ void append_corners(std::string& bytes, const ObjectMesh& part) {
     }
 }
 
+/// Beyond this floats of a page overflow where they are multiplied [m].
+constexpr double kFarthest = 1e15;
+
+constexpr std::array<std::string_view, 4> kKeys = {"object", "mesh", "metres_per_unit", "up"};
+
 UpAxis read_up(const std::string& text) {
   if (const std::optional<UpAxis> up = up_axis_of(text)) return *up;
   throw InputError("up: '" + text + "' is none of as-written, stated, x, y, z");
 }
 
+std::uint32_t find_object(const std::string& name, const training::Setting& setting) {
+  for (std::uint32_t i = 0; i < setting.object_count(); ++i)
+    if (setting.object_name(i) == name) return i;
+  throw InputError("there is no object '" + name + "'");
+}
+
+/// Without a mesh where its file is not there.
 ObjectMesh read_one(const json& from, const std::filesystem::path& folder, const training::Setting& setting) {
-  const std::string name = from.at("object");
-  ObjectMesh out{0, {}, nullptr};
-  while (out.object < setting.object_count() && setting.object_name(out.object) != name) ++out.object;
-  if (out.object == setting.object_count()) throw InputError("there is no object '" + name + "'");
+  for (const auto& [key, value] : from.items())
+    if (std::find(kKeys.begin(), kKeys.end(), key) == kKeys.end())
+      throw InputError("unknown field '" + key + "'");
+  ObjectMesh out{find_object(from.at("object"), setting), {}, nullptr};
   MeshFileOptions options;
   if (from.contains("metres_per_unit")) options.metres_per_unit = from.at("metres_per_unit").get<double>();
   if (from.contains("up")) options.up = read_up(from.at("up"));
-  const std::filesystem::path mesh = folder / from.at("mesh").get<std::string>();
-  out.mesh = std::make_shared<const TriangleMesh>(load_mesh(mesh, options).mesh);
+  const std::filesystem::path file = folder / from.at("mesh").get<std::string>();
+  if (!std::filesystem::exists(file)) return out;
+  TriangleMesh mesh = load_mesh(file, options).mesh;
+  for (const Vector3& vertex : mesh.vertices)
+    if (!(vertex.cwiseAbs().maxCoeff() <= kFarthest))
+      throw InputError(file.string() + ": a vertex is further than 1e15 m from the origin");
+  out.mesh = std::make_shared<const TriangleMesh>(std::move(mesh));
   return out;
+}
+
+std::string hash_text_of(std::string_view bytes) {
+  std::uint64_t hash = 0xcbf29ce484222325;  // FNV-1a
+  for (const char byte : bytes) hash = (hash ^ static_cast<std::uint8_t>(byte)) * 0x100000001b3;
+  return fmt::format("{:016x}", hash);
 }
 
 }  // namespace
@@ -80,15 +108,31 @@ ObjectMeshes place_meshes(const std::vector<ObjectMesh>& meshes) {
   out.bytes = "TSM1";
   append(out.bytes, static_cast<std::uint32_t>(out.objects.size()));
   out.bytes += surfaces;
+  out.path = "meshes/" + hash_text_of(out.bytes);
   return out;
 }
 
-std::vector<ObjectMesh> read_meshes(const std::filesystem::path& file, const training::Setting& setting) {
+std::vector<ObjectMesh> read_meshes(const std::filesystem::path& file, const training::Setting& setting,
+                                    const std::function<void(const std::string&)>& on_missing) {
   std::vector<ObjectMesh> meshes;
+  if (!std::filesystem::exists(file)) return meshes;
   std::ifstream in(file);
-  if (!in) return meshes;
+  std::vector<std::uint32_t> listed;
   try {
-    for (const json& mesh : json::parse(in)) meshes.push_back(read_one(mesh, file.parent_path(), setting));
+    if (!in || std::filesystem::is_directory(file)) throw InputError("cannot be read");
+    const json list = json::parse(in);
+    if (!list.is_array()) throw InputError("is no list");
+    for (const json& each : list) {
+      ObjectMesh mesh = read_one(each, file.parent_path(), setting);
+      if (std::find(listed.begin(), listed.end(), mesh.object) != listed.end())
+        throw InputError("'" + setting.object_name(mesh.object) + "' stands twice");
+      listed.push_back(mesh.object);
+      if (mesh.mesh)
+        meshes.push_back(std::move(mesh));
+      else if (on_missing)
+        on_missing(file.string() + ": there is no file " + each.at("mesh").get<std::string>() +
+                   ": the hexahedra of '" + setting.object_name(mesh.object) + "' are shown\n");
+    }
   } catch (const json::exception& error) {
     throw InputError(file.string() + ": " + error.what());
   } catch (const InputError& error) {

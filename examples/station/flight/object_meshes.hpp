@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -28,15 +29,19 @@ struct ObjectMeshes {
   std::size_t triangles = 0;            ///< of all
   std::vector<std::uint32_t> left_out;  ///< objects for whose meshes there was no room
   std::string bytes;                    ///< as protocol.md has them; empty: none
+  std::string path;                     ///< where the server has them: "meshes/" and their hash
 };
 
 /// Those of an object go together; objects come in their order until kMostTriangles.
 ObjectMeshes place_meshes(const std::vector<ObjectMesh>& meshes);
 
-/// A list of {"object", "mesh": a file, relative to this one, "metres_per_unit"; "up": axis of the mesh that
-/// is the object's z, left out: as written}. The mesh's frame is the object's.
-/// @return empty: there is no such file. @throws InputError naming the file: what it cannot mean, and as
-/// load_mesh().
-std::vector<ObjectMesh> read_meshes(const std::filesystem::path& file, const training::Setting& setting);
+/// A list of {"object", "mesh": a file, relative to this one, "metres_per_unit"; "up": the file's axis that
+/// is the object's z, left out: as written}. The mesh's frame is the object's; it is shown instead of all of
+/// its hexahedra.
+/// @param on_missing gets a line of each mesh whose file is not there, and which is left out; may be empty.
+/// @return empty: there is no such file. @throws InputError naming the file: what it cannot mean, an object
+/// that stands twice, and as load_mesh().
+std::vector<ObjectMesh> read_meshes(const std::filesystem::path& file, const training::Setting& setting,
+                                    const std::function<void(const std::string&)>& on_missing = {});
 
 }  // namespace touchstone::station

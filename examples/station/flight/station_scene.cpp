@@ -10,11 +10,9 @@
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/quaternion.hpp"
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/contact_core/mechanism/arms/bundled_arms.hpp"
 #include "touchstone/examples/program/files/json.hpp"
 #include "touchstone/examples/station/flight/solids_json.hpp"
 #include "touchstone/examples/station/flight/stance.hpp"
-#include "touchstone/examples/training_run/setting/robot_script.hpp"
 
 namespace touchstone::station {
 namespace {
@@ -179,49 +177,16 @@ json tasks_json(const StationScene& scene) {
   return out;
 }
 
-/// FNV-1a over all bytes: which files a recording was flown with.
-std::string hash_of(std::span<const std::filesystem::path> files, std::string_view account) {
+/// FNV-1a over all bytes: the files, and the robot, that a recording was flown with.
+std::string hash_of(std::span<const std::filesystem::path> files, std::string_view bits) {
   std::uint64_t hash = 0xcbf29ce484222325;
   const auto add = [&hash](char byte) { hash = (hash ^ static_cast<std::uint8_t>(byte)) * 0x100000001b3; };
   for (const std::filesystem::path& file : files) {
     std::ifstream in(file, std::ios::binary);
     for (char byte = 0; in.get(byte);) add(byte);
   }
-  for (const char byte : account) add(byte);
+  for (const char byte : bits) add(byte);
   return fmt::format("{:016x}", hash);
-}
-
-/// The robot of a scene as it is read; the station flies one.
-struct ReadRobot {
-  std::filesystem::path file;  ///< empty: an arm of ours, or none
-  std::string account;
-  std::vector<LinkMesh> meshes;
-
-  MechanismDescription read(const std::filesystem::path& given, const SceneRobots& robots) {
-    comparison::RobotChoices choices = robots.choices;
-    choices.keep_meshes = true;
-    Robot robot = comparison::load_robot_file(given, choices);
-    file = given;
-    account = comparison::account_of(robot);
-    if (robots.on_account) robots.on_account(account);
-    meshes = std::move(robot.meshes);
-    return std::move(robot.mechanism);
-  }
-
-  /// A link's frame is its object's.
-  void append_meshes(const training::Arm& arm, std::vector<ObjectMesh>& out) const {
-    for (std::uint32_t i = 0; i < arm.object_count; ++i)
-      for (const LinkMesh& mesh : meshes)
-        if (mesh.link == arm.mechanism->links()[arm.link_of_object[i]].name)
-          out.push_back({arm.first_object + i, mesh.X_LM, mesh.mesh});
-  }
-};
-
-Script read_script(const std::filesystem::path& file, const SceneRobots& robots, ReadRobot& robot) {
-  if (is_robot_file(file)) return training::robot_script(robot.read(file, robots));
-  return load_script(file, [&](const std::string& model, const std::filesystem::path& folder) {
-    return is_robot_file(model) ? robot.read(folder / model, robots) : make_bundled_arm(model);
-  });
 }
 
 void check_hands(const Script& script) {
@@ -229,6 +194,20 @@ void check_hands(const Script& script) {
   for (std::size_t i = 1; i < script.hands.size(); ++i)
     if (script.hands[i].arm)
       throw InputError("script '" + script.name + "': the station flies one arm, by the first hand");
+}
+
+/// Those that the list beside the script names, and of other links those that the robot's file has.
+std::vector<ObjectMesh> find_meshes(const std::filesystem::path& script, const training::Setting& setting,
+                                    const SceneRobot& robot, const SceneRobots& robots) {
+  const std::filesystem::path list = std::filesystem::path(script).replace_extension(".meshes.json");
+  std::vector<ObjectMesh> meshes = read_meshes(list, setting, robots.on_account);
+  std::vector<ObjectMesh> links = robot.meshes(setting);
+  std::erase_if(links, [&](const ObjectMesh& link) {
+    return std::any_of(meshes.begin(), meshes.end(),
+                       [&](const ObjectMesh& listed) { return listed.object == link.object; });
+  });
+  meshes.insert(meshes.end(), std::make_move_iterator(links.begin()), std::make_move_iterator(links.end()));
+  return meshes;
 }
 
 /// The tip that a held link is the end of. An arm that walks has two, and stands on one of them.
@@ -278,17 +257,6 @@ void check_hold(const StationTask& task, const StationScene& scene, const std::f
                      scene.setting.object_name(task.object) + " not hold " + scene.tips[task.tip].name);
 }
 
-/// How far the arm's links reach from its base as they stand [m].
-double reach_of(const training::Setting& setting, const training::Arm& arm) {
-  double reach = 0.0;
-  for (std::uint32_t i = arm.first_object; i < arm.first_object + arm.object_count; ++i) {
-    const Sphere& sphere = setting.instance().trees()[i]->nodes()[0].sphere_O;
-    const Vector3 centre = transform(setting.scene().objects[i].X_WO, sphere.centre);
-    reach = std::max(reach, norm(centre - arm.X_WB.p) + sphere.radius);
-  }
-  return reach;
-}
-
 }  // namespace
 
 StationScene::StationScene(std::string given_name, Script script, double rate)
@@ -314,8 +282,8 @@ StationScene::StationScene(std::string given_name, Script script, double rate)
 
 std::unique_ptr<const StationScene> load_station_scene(const std::filesystem::path& file, double rate,
                                                        const SceneRobots& robots) {
-  ReadRobot robot;
-  Script script = read_script(file, robots, robot);
+  SceneRobot robot;
+  Script script = robot.read_script(file, robots);
   check_hands(script);
   // The flight has no end: room is taken for the frame that is flown.
   script.scene.frame_rate = rate;
@@ -325,14 +293,11 @@ std::unique_ptr<const StationScene> load_station_scene(const std::filesystem::pa
   scene->tasks = read_tasks(tasks, scene->setting, scene->tips);
   for (const StationTask& task : scene->tasks) check_hold(task, *scene, tasks);
   scene->file = std::filesystem::absolute(file);
-  const std::filesystem::path mesh_list = std::filesystem::path(file).replace_extension(".meshes.json");
-  std::vector<ObjectMesh> meshes = read_meshes(mesh_list, scene->setting);
-  if (is_robot_file(file))
-    scene->view = std::min(kFarthestView, 2.0 * reach_of(scene->setting, *scene->arm()));
-  if (scene->arm() != nullptr) robot.append_meshes(*scene->arm(), meshes);
-  scene->meshes = place_meshes(meshes);
-  scene->files =
-      hash_of(std::array{file, scene->setting.script().scene_file, tasks, robot.file}, robot.account);
+  scene->files = hash_of(std::array{robot.is_flown() && is_robot_file(file) ? std::filesystem::path() : file,
+                                    scene->setting.script().scene_file, tasks},
+                         robot.is_flown() ? flown_bits(*scene->arm()) : "");
+  if (robot.is_flown()) scene->view = std::min(kFarthestView, 2.0 * reach_of(scene->setting, *scene->arm()));
+  if (robots.shows_meshes) scene->meshes = place_meshes(find_meshes(file, scene->setting, robot, robots));
   return scene;
 }
 
@@ -355,7 +320,7 @@ std::string scene_json(const StationScene& scene) {
               {"holds", holds_json(scene)},
               {"tasks", tasks_json(scene)}};
   if (!scene.meshes.bytes.empty())
-    out["meshes"] = {{"path", "meshes/" + scene.files}, {"triangles", scene.meshes.triangles}};
+    out["meshes"] = {{"path", scene.meshes.path}, {"triangles", scene.meshes.triangles}};
   return comparison::one_line(out);
 }
 

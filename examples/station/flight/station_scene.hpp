@@ -1,13 +1,12 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "touchstone/examples/robot_files/robot_files.hpp"
 #include "touchstone/examples/station/flight/object_meshes.hpp"
+#include "touchstone/examples/station/flight/scene_robot.hpp"
 #include "touchstone/examples/station/flight/station_dynamics.hpp"
 #include "touchstone/examples/station/flight/tasks.hpp"
 #include "touchstone/examples/station/flight/tips.hpp"
@@ -41,8 +40,7 @@ struct StationScene {
 
   std::string name;            ///< the file's
   std::filesystem::path file;  ///< it; absolute
-  /// A hash of what is in it, in the scene's file, in its tasks' and in its robot's, and of what stands for
-  /// that robot's shapes.
+  /// A hash of what is in it, in the scene's file and in its tasks', and of a robot of others as it is flown.
   std::string files;
   training::Setting setting;
   std::vector<training::Action> initial;
@@ -63,17 +61,10 @@ struct StationScene {
   std::uint32_t hand_object() const { return tips[0].object; }
 };
 
-/// How a scene's robot of others is read.
-struct SceneRobots {
-  comparison::RobotChoices choices = {};
-  std::function<void(const std::string& account)> on_account =
-      {};  ///< comparison::account_of(); may be empty
-};
-
 /// Tasks come from NAME.tasks.json beside NAME.yaml, where there is one: see read_tasks().
-/// @param script or a robot's file, which is flown before a block: see training::robot_script().
-/// @param rate frames a second. @throws InputError as load_script() and comparison::load_robot_file(); a
-/// script without a hand, or whose hand is not the only one on an arm.
+/// The picture's meshes come from NAME.meshes.json: see read_meshes(); and from the robot's file.
+/// @param script or a robot's file. @param rate frames a second. @throws InputError as
+/// SceneRobot::read_script(); a script without a hand, or whose hand is not the only one on an arm.
 std::unique_ptr<const StationScene> load_station_scene(const std::filesystem::path& script, double rate,
                                                        const SceneRobots& robots = {});
 

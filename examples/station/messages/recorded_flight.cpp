@@ -38,14 +38,18 @@ bool has_key(const fs::path& file, const std::string& key) {
 }
 
 /// A script's objects and the links of its arms; a scene's, with those of its dynamics' arms.
-std::vector<SceneObject> objects_of(const fs::path& file) {
-  if (has_key(file, "hands")) return training::Setting(load_script(file)).scene().objects;
-  if (has_key(file, "dynamics")) return load_dynamic_scene(file).scene.objects;
+std::vector<SceneObject> objects_of(const fs::path& file, const SceneRobots& robots) {
+  if (is_robot_file(file) || has_key(file, "hands"))
+    return training::Setting(SceneRobot().read_script(file, robots)).scene().objects;
+  if (has_key(file, "dynamics"))
+    return load_dynamic_scene(file, {}, comparison::arm_models(robots.choices, robots.on_account))
+        .scene.objects;
   return load_scene(file).objects;
 }
 
-std::vector<HexahedronTree> trees_of(const touchstone::Recording& recording, const fs::path& scene) {
-  const std::vector<SceneObject> objects = objects_of(scene);
+std::vector<HexahedronTree> trees_of(const touchstone::Recording& recording, const fs::path& scene,
+                                     const SceneRobots& robots) {
+  const std::vector<SceneObject> objects = objects_of(scene, robots);
   std::vector<HexahedronTree> trees;
   for (const std::string& name : recording.objects) {
     const auto found = std::find_if(objects.begin(), objects.end(),
@@ -263,13 +267,14 @@ void append_size(std::size_t size, std::string& out) {
 
 }  // namespace
 
-RecordedFlight load_recorded_flight(const fs::path& record, const fs::path& scene) {
+RecordedFlight load_recorded_flight(const fs::path& record, const fs::path& scene,
+                                    const SceneRobots& robots) {
   RecordedFlight out;
   out.name = record.stem().string();
   out.recording = read_any(record);
   if (out.recording.frames.empty() || out.recording.objects.empty())
     throw InputError(record.string() + ": has no frame with an object");
-  out.trees = trees_of(out.recording, scene);
+  out.trees = trees_of(out.recording, scene, robots);
   for (const RecordedFrame& frame : out.recording.frames) check_frame(frame, out, record);
   return out;
 }

@@ -1,7 +1,9 @@
-// Meshes that robots' files have: fetched apart from the scene, as they are large, and shown instead of the hexahedra that cover them.
+// Meshes of a scene: fetched apart from it, as they are large, and shown instead of the hexahedra that cover them.
 
 import {get} from './panels.js';
 import {parts, station, live, redraw, troubleBriefly} from './state.js';
+
+const tries = 30;
 
 // Of what `/meshes/...` serves: [{object, corners}]. @throws Error where the bytes are no such thing.
 export function readMeshes(buffer) {
@@ -16,23 +18,33 @@ export function readMeshes(buffer) {
   return out;
 }
 
-// Those of the live scene, once they came; a flight that is looked back at is shown by its hexahedra.
+// Those of the live scene, once they came; a flight that was opened is shown by its hexahedra.
 export function showMeshes() {
-  const meshes = station.scene === live.scene && live.scene.parts || [];
+  const {scene, list} = live.meshes, meshes = station.scene && station.scene === scene ? list : [];
   parts.renderer.setMeshes(meshes);
   get('meshes').hidden = !meshes.length;
   redraw();
 }
 
+// The station sends few large answers at a time.
+async function ask(path) {
+  const token = new URLSearchParams(location.search).get('token');
+  for (let left = tries; ; --left) {
+    const answer = await fetch(`/${path}${token ? `?token=${encodeURIComponent(token)}` : ''}`);
+    if (answer.ok) return answer.arrayBuffer();
+    if (answer.status !== 503 || !left) throw new Error(`status ${answer.status}`);
+    await new Promise(resolve => { setTimeout(resolve, 200 + 600 * Math.random()); });
+  }
+}
+
 export async function fetchMeshes(scene) {
   if (!scene.meshes) return;
   try {
-    const token = new URLSearchParams(location.search).get('token');
-    const answer = await fetch(`/${scene.meshes.path}${token ? `?token=${encodeURIComponent(token)}` : ''}`);
-    if (!answer.ok) throw new Error(`status ${answer.status}`);
-    scene.parts = readMeshes(await answer.arrayBuffer());
-    if (station.scene === scene) showMeshes();
+    const list = readMeshes(await ask(scene.meshes.path));
+    if (live.scene !== scene) return;
+    live.meshes = {scene, list};
+    showMeshes();
   } catch (fault) {
-    troubleBriefly(`Meshes did not come (${fault.message}): their hexahedra are shown.`);
+    if (live.scene === scene) troubleBriefly(`Meshes did not come (${fault.message}): their hexahedra are shown.`);
   }
 }

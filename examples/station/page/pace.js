@@ -15,13 +15,13 @@ const calm = 4000, mostCalm = 64000;  // no picture above what is to spare for s
 // `every` pictures. `apart`: of pictures [ms]; fewer leave a busy processor to the station, and each comes sooner. `readOuts`: of the
 // panels, a second.
 export const levels = [
-  {pixels: 1, cctv: Infinity, every: 1, edges: true, apart: 0, readOuts: 10},
-  {pixels: 0.75, cctv: Infinity, every: 1, edges: true, apart: 0, readOuts: 10},
-  {pixels: 0.75, cctv: 1, every: 1, edges: true, apart: 0, readOuts: 10},
-  {pixels: 0.5, cctv: 1, every: 1, edges: true, apart: 0, readOuts: 5},
-  {pixels: 0.5, cctv: 1, every: 3, edges: false, apart: 30, readOuts: 5},
-  {pixels: 0.35, cctv: 1, every: 6, edges: false, apart: 30, readOuts: 3},
-  {pixels: 0.25, cctv: 1, every: 12, edges: false, apart: 30, readOuts: 2}];
+  {pixels: 1, cctv: Infinity, every: 1, edges: true, meshes: true, apart: 0, readOuts: 10},
+  {pixels: 0.75, cctv: Infinity, every: 1, edges: true, meshes: true, apart: 0, readOuts: 10},
+  {pixels: 0.75, cctv: 1, every: 1, edges: true, meshes: true, apart: 0, readOuts: 10},
+  {pixels: 0.5, cctv: 1, every: 1, edges: true, meshes: false, apart: 0, readOuts: 5},
+  {pixels: 0.5, cctv: 1, every: 3, edges: false, meshes: false, apart: 30, readOuts: 5},
+  {pixels: 0.35, cctv: 1, every: 6, edges: false, meshes: false, apart: 30, readOuts: 3},
+  {pixels: 0.25, cctv: 1, every: 12, edges: false, meshes: false, apart: 30, readOuts: 2}];
 export const softwareStarts = 2;
 
 export class Pace {
@@ -84,12 +84,12 @@ export class Pace {
     Object.assign(this, {times: [], calmSince: this.clock});
   }
 
-  // What is left out, in words; empty: nothing.
-  get says() {
+  // What is left out, in words; empty: nothing. `hasMeshes`: there are some to be left out.
+  says(hasMeshes = false) {
     if (this.fixed) return this.fixed < 1 ? `drawn with ${this.fixed} of the pixels each way, as chosen` : '';
-    const {pixels, cctv, every, edges, apart} = this.level;
+    const {pixels, cctv, every, edges, meshes, apart} = this.level;
     const said = [pixels < 1 && `${Math.round(100 * pixels)} % of the pixels each way`,
-      cctv === 1 && (every > 1 ? `one CCTV picture in every ${every}` : 'one CCTV picture at a time'), !edges && 'no edges',
+      cctv === 1 && (every > 1 ? `one CCTV picture in every ${every}` : 'one CCTV picture at a time'), !edges && 'no edges', hasMeshes && !meshes && 'hexahedra for meshes',
       apart > 0 && `at most ${Math.round(1000 / apart)} pictures a second`].filter(Boolean).join(', ');
     return said && `drawn for speed with ${said}`;
   }

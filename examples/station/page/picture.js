@@ -191,7 +191,7 @@ export class Picture {
     if (!seen.length) return;
     // What is merged is left out, to be drawn translucent.
     const merged = mergedObjects(scene, method);
-    renderer.upload(method.poses, frameColours(this.base, method), merged.size ? scene.objects.map((_, i) => !merged.has(i)) : null, this.meshes);
+    renderer.upload(method.poses, frameColours(this.base, method), merged.size ? scene.objects.map((_, i) => !merged.has(i)) : null, this.meshes && level.meshes);
     for (const screen of seen) {
       screen.shownCamera = screen.camera(method.poses);
       renderer.fill(screen.outer, border[merged.size ? 'merged' : theme]);
@@ -212,7 +212,7 @@ export class Picture {
 
   drawThrough(screens, poses, colours, shown, alpha, over) {
     const edges = this.pace.level.edges;
-    this.renderer.upload(poses, colours, shown, this.meshes);
+    this.renderer.upload(poses, colours, shown, this.meshes && this.pace.level.meshes);
     for (const screen of screens) {
       this.renderer.resumeView(screen.box, screen.shownCamera);
       this.renderer.drawObjects({alpha, over, edges});

@@ -26,7 +26,7 @@ export function showPanels(now) {
     station.latencyAt = now;
     parts.panels.showLatency(parts.latency, station.stages);
     const [fps, age] = [station.intervals, station.ages].map(list => list.reduce((a, b) => a + b, 0) / Math.max(1, list.length));
-    say(get('drawn-for-speed'), parts.pace.says);
+    say(get('drawn-for-speed'), parts.pace.says(parts.renderer.meshes.length > 0));
     say(get('counts'), `${fps > 0 ? (1000 / fps).toFixed(0) : '–'} pictures a second, ${age > 0 ? (age / 1000).toFixed(0) : '–'} ms old when drawn; ` +
       `frames left out for newer ones: ${frame.overwritten + parts.link.undrawn}; deadlines missed: ${frame.missed}` +
       (parts.hand.padName ? `; gamepad: ${parts.hand.padName.slice(0, 24)}` : ''));

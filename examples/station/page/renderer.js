@@ -362,7 +362,7 @@ export class Renderer {
     gl.uniform1f(this.faces.uniforms.drawn, hexahedra);
     gl.bindVertexArray(this.faceArray);
     for (const [first, count] of this.runs) gl.drawElements(gl.TRIANGLES, facesOfSolid * count, gl.UNSIGNED_INT, 4 * facesOfSolid * first);
-    if (this.meshRuns.length) this.drawMeshes();
+    if (this.meshRuns.length) this.drawMeshes(ghost);
     if (edges) {
       this.use(this.edges);
       gl.uniform1f(this.edges.uniforms.drawn, hexahedra);
@@ -376,10 +376,11 @@ export class Renderer {
     gl.depthMask(true);
   }
 
-  // With the faces' program and what it was told. Both sides: files' meshes may be open, or inside out.
-  drawMeshes() {
+  // With the faces' program and what it was told. Both sides, as files' meshes may be open or inside out; of what is seen through the
+  // front alone.
+  drawMeshes(ghost) {
     const gl = this.gl;
-    gl.disable(gl.CULL_FACE);
+    if (!ghost) gl.disable(gl.CULL_FACE);
     gl.uniform1f(this.faces.uniforms.drawn, mesh);
     gl.bindVertexArray(this.meshArray);
     for (const [first, count] of this.meshRuns) gl.drawArrays(gl.TRIANGLES, first, count);

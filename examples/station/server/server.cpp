@@ -31,8 +31,8 @@ using Request = PageClient::Request;
 using Response = http::response<http::string_body>;
 
 constexpr auto kRequestTime = std::chrono::seconds(10);
-// Answers this large, records, are copied: few at a time, and with a second more a MiB to be sent.
-constexpr std::size_t kLargeBody = std::size_t{16} << 20, kMostLargeBodies = 2;
+// Answers this large, records and meshes, are copied: few at a time, and with a second more a MiB to be sent.
+constexpr std::size_t kLargeBody = std::size_t{1} << 20, kMostLargeBodies = 2;
 constexpr std::uint32_t kMostHeader = 8192, kMostBody = 1024;
 constexpr const char* kPolicy =
     "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; connect-src 'self'; "
@@ -237,7 +237,7 @@ Response Server::State::respond_with_file(const Request& request, const Target& 
 /// Null: no scene has meshes there.
 const std::string* Server::State::meshes_at(std::string_view path) const {
   for (const auto& scene : host.scenes)
-    if (!scene->meshes.bytes.empty() && path == "/meshes/" + scene->files) return &scene->meshes.bytes;
+    if (!scene->meshes.bytes.empty() && path == "/" + scene->meshes.path) return &scene->meshes.bytes;
   return nullptr;
 }
 
