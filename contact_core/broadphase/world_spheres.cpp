@@ -7,17 +7,18 @@
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/norms.hpp"
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/memory/reserve_more.hpp"
 
 namespace touchstone {
 namespace {
 
 constexpr double kEps = 2.0 * kUnitRoundoff;
 
-/// And for as many again, that come later.
+/// And for more, which come later.
 void reserve(SolidTable& table, std::size_t objects, std::size_t solids) {
-  table.first_solid.reserve(2 * objects + 1);
-  table.is_static.reserve(2 * objects), table.is_gone.reserve(2 * objects);
-  table.sphere_S.reserve(2 * solids), table.object_of.reserve(2 * solids);
+  reserve_more(table.first_solid, objects + 1);
+  reserve_more(table.is_static, objects), reserve_more(table.is_gone, objects);
+  reserve_more(table.sphere_S, solids), reserve_more(table.object_of, solids);
 }
 
 }  // namespace
@@ -60,6 +61,7 @@ void set_object(SolidTable& table, std::uint32_t object, const HexahedronTree* t
     throw InputError("broadphase: a tree of " + std::to_string(count) + " solids in the place of one of " +
                      std::to_string(table.first_solid[object + 1] - table.first_solid[object]));
   if (is_new) {
+    reserve(table, table.objects() + 1, table.solids() + count);
     table.first_solid.push_back(table.solids() + count);
     table.sphere_S.resize(table.solids());
     table.object_of.resize(table.solids(), object);

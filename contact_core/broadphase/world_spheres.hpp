@@ -6,16 +6,17 @@
 #include <vector>
 
 #include "touchstone/contact_core/broadphase/broadphase.hpp"
+#include "touchstone/contact_core/memory/growing_list.hpp"
 
 namespace touchstone {
 
 /// The spheres that every broadphase here copies out of its input.
 struct SolidTable {
-  std::vector<Sphere> sphere_S;            ///< one a solid, in the solid's frame
-  std::vector<std::uint32_t> first_solid;  ///< one an object, and the number of solids at the end
-  std::vector<std::uint32_t> object_of;    ///< one a solid
-  std::vector<std::uint8_t> is_static;     ///< one an object
-  std::vector<std::uint8_t> is_gone;       ///< one an object: its solids are in no pair
+  GrowingList<Sphere> sphere_S;            ///< one a solid, in the solid's frame
+  GrowingList<std::uint32_t> first_solid;  ///< one an object, and the number of solids at the end
+  GrowingList<std::uint32_t> object_of;    ///< one a solid
+  GrowingList<std::uint8_t> is_static;     ///< one an object
+  GrowingList<std::uint8_t> is_gone;       ///< one an object: its solids are in no pair
 
   std::uint32_t objects() const { return static_cast<std::uint32_t>(first_solid.size()) - 1; }
   std::uint32_t solids() const { return first_solid.back(); }

@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/contact_core/memory/growing_list.hpp"
+#include "touchstone/contact_core/memory/reserve_more.hpp"
 #include "touchstone/contact_core/motion/impact.hpp"
 #include "touchstone/contact_core/motion/separation_memo.hpp"
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
@@ -36,8 +38,7 @@ class NarrowphaseQuery final : public SeparationQuery {
       : judges_poses_(!gives_signed_distance(narrowphase)),
         own_{&narrowphase, narrowphase.make_workspace()},
         planner_{&planner, planner.make_workspace()} {
-    poses_.reserve(2 * solids);  // take_up() may have more
-    poses_.resize(solids);
+    resize_more(poses_, solids);
   }
 
   /// The pair that the next calls ask about, a < b.
@@ -59,7 +60,7 @@ class NarrowphaseQuery final : public SeparationQuery {
 
   /// Forgets all answers, since the narrowphases took up other solids. @param solids their number now.
   void take_up(std::size_t solids) {
-    poses_.resize(solids);
+    resize_more(poses_, solids);
     if (memo_) memo_->forget();
   }
 
@@ -236,7 +237,7 @@ class NarrowphaseQuery final : public SeparationQuery {
   bool is_paused_ = false;
   Expected expected_;
   PairStatus last_status_ = PairStatus::failed;
-  std::vector<Pose> poses_;
+  GrowingList<Pose> poses_;
   SolidPair pair_{0, 1};
   std::uint64_t calls_ = 0;
 };

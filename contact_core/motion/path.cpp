@@ -79,7 +79,7 @@ MotionBounds RigidPath::bounds(std::uint32_t, const BodyState& state, const Vect
 
 BodyState CarriedPath::at(std::uint32_t body, double s) const noexcept {
   BodyState state = carrier_.at(0, s);
-  const Pose& X_CO = X_CO_[body];
+  const Pose& X_CO = list_ != nullptr ? (*list_)[body] : X_CO_[body];
   if (X_CO.p != Vector3::Zero() || X_CO.R != Matrix3::Identity()) state.X_WO = compose(state.X_WO, X_CO);
   return state;
 }

@@ -4,6 +4,7 @@
 #include <span>
 
 #include "touchstone/contact_core/geometry/pose.hpp"
+#include "touchstone/contact_core/memory/growing_list.hpp"
 
 /// @file
 /// Motion within one frame: a path over s in [0, 1], from the pose at the frame's start to the commanded one.
@@ -111,11 +112,15 @@ class CarriedPath final : public MotionPath {
  public:
   /// @param X_CO of each body in the carrier; must outlive the path. Bodies whose entry is the identity get
   /// the carrier's poses bit by bit.
-  CarriedPath(const RigidPath& carrier, std::span<const Pose> X_CO) : carrier_(carrier), X_CO_(X_CO) {}
+  CarriedPath(const RigidPath& carrier, std::span<const Pose> X_CO)
+      : carrier_(carrier), X_CO_(X_CO.data()), count_(X_CO.size()) {}
+  /// The same by the list's poses as they are when the path is asked: the list may grow.
+  CarriedPath(const RigidPath& carrier, const GrowingList<Pose>& X_CO)
+      : carrier_(carrier), list_(&X_CO), count_(X_CO.size()) {}
 
   const RigidPath& carrier() const { return carrier_; }
   /// Whether the path covers this body; a body that was added later is not covered.
-  bool knows(std::uint32_t body) const { return body < X_CO_.size(); }
+  bool knows(std::uint32_t body) const { return body < count_; }
   BodyState at(std::uint32_t body, double s) const noexcept override;
   bool is_steady() const noexcept override { return true; }
   double curvature_bound(std::uint32_t body, const BodyState& state, const Vector3& p_W,
@@ -124,7 +129,13 @@ class CarriedPath final : public MotionPath {
 
  private:
   RigidPath carrier_;
-  std::span<const Pose> X_CO_;
+  const Pose* X_CO_ = nullptr;  // or they are in:
+  const GrowingList<Pose>* list_ = nullptr;
+  std::size_t count_;
 };
+
+/// It refers to poses, but owns none.
+template <>
+inline constexpr bool kMovesByBits<CarriedPath> = true;
 
 }  // namespace touchstone

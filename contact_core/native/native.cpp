@@ -1,5 +1,6 @@
 #include "touchstone/contact_core/native/native.hpp"
 
+#include <algorithm>
 #include <cassert>
 
 #include "touchstone/contact_core/narrowphase/validate.hpp"
@@ -22,10 +23,12 @@ class NativeNarrowphase final : public Narrowphase {
   std::string_view name() const noexcept override { return "native"; }
   const Capabilities& capabilities() const noexcept override { return capabilities_; }
   void build(std::span<const Hexahedron> solids) override {
-    set_ = native::make_solid_set(solids, 2 * solids.size());  // set_solids() may add some
+    set_ = native::make_solid_set(solids);
+    native::take_room(set_, solids.size());
   }
   bool set_solids(SolidIndex first, std::span<const Hexahedron> solids) override {
-    native::set_solids(set_, first, native::make_solid_set(solids));
+    native::take_room(set_, std::max<std::size_t>(set_.kinds.size(), first + solids.size()));
+    native::set_solids(set_, first, solids);
     return true;
   }
   std::unique_ptr<Workspace> make_workspace() const override { return std::make_unique<Workspace>(); }

@@ -6,7 +6,7 @@ set(parents . contact_core contact_core/native contact_core/world physics physic
   examples/compare_backends examples/compare_backends/run examples/measures examples/program examples/station
   examples/training_run tests tests/proof tests/world)
 set(folders_of_. contact_core physics adapters examples tests)
-set(folders_of_contact_core threads geometry numerics narrowphase broadphase native edge_face scene motion mechanism world output fit)
+set(folders_of_contact_core memory threads geometry numerics narrowphase broadphase native edge_face scene motion mechanism world output fit)
 set(folders_of_contact_core/native common simd solids overlap distance manifold engine)
 set(folders_of_contact_core/world objects pairs model frame slide set_up)
 set(folders_of_physics solver bodies joints world contacts scene engine guarded)
@@ -23,7 +23,7 @@ set(folders_of_examples/measures common pairs truth paths runs accuracy)
 set(folders_of_examples/program options terminal files plots)
 set(folders_of_examples/station flight exchange messages server)
 set(folders_of_examples/training_run setting flight results cli)
-set(folders_of_tests support backend_suite measures motion mechanism world proof physics fit compare_backends benchmarks bench
+set(folders_of_tests support memory backend_suite measures motion mechanism world proof physics fit compare_backends benchmarks bench
   broadphase bullet bullet_plugin c_interface c_files dart_plugin documentation dynamics_run edge_face engine_check engines exact fcl
   geometry guarded_run hard_cases install libccd mesh_files mjcf mujoco_plugin mujoco narrowphase native numerics ode ode_plugin
   outputs plugin process_engine python robots rounded scene scene_files sdf station station_page training urdf)

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/contact_core/memory/reserve_more.hpp"
 
 namespace touchstone {
 namespace {
@@ -37,13 +38,9 @@ std::uint32_t morton_key(const Vector3& p, const Vector3& low, const Vector3& ce
 
 void MortonSort::reserve(std::size_t objects) {
   if (objects <= keys_.size()) return;
-  // The lists hold data of one sort only: nothing is copied. There is room for as many again.
-  const bool grows = objects > keys_.capacity();
-  for (std::vector<std::uint32_t>* list : {&keys_, &keys_scratch_, &order_scratch_}) {
-    if (grows) list->clear(), list->reserve(2 * objects);
-    list->resize(objects);
-  }
-  if (grows) ranges_.reserve(2 * objects / kCrowd + 1);
+  for (GrowingList<std::uint32_t>* list : {&keys_, &keys_scratch_, &order_scratch_})
+    resize_more(*list, objects);
+  reserve_more(ranges_, objects / kCrowd + 1);
 }
 
 void MortonSort::begin(std::uint32_t count) noexcept {

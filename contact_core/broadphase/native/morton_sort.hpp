@@ -7,6 +7,7 @@
 
 #include "touchstone/contact_core/broadphase/native/float_frame.hpp"
 #include "touchstone/contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/memory/growing_list.hpp"
 
 namespace touchstone {
 
@@ -57,7 +58,7 @@ class MortonSort {
   bool is_whole_ = false;  // the range at hand is all
   Vector3 low_, high_, cells_per_metre_;
   std::array<std::array<std::uint32_t, kDigitValues>, kDigits> start_{};
-  std::vector<std::uint32_t> keys_, keys_scratch_, order_scratch_;
+  GrowingList<std::uint32_t> keys_, keys_scratch_, order_scratch_;
 };
 
 }  // namespace touchstone

@@ -4,6 +4,8 @@
 
 #include "touchstone/contact_core/broadphase/native/object_pairs.hpp"
 #include "touchstone/contact_core/broadphase/register_broadphases.hpp"
+#include "touchstone/contact_core/memory/growing_list.hpp"
+#include "touchstone/contact_core/memory/reserve_more.hpp"
 
 namespace touchstone {
 namespace {
@@ -17,10 +19,7 @@ class Scene {
         forest_(bounds_, input.threads),
         object_pairs_(bounds_, forest_, input.threads),
         threads_(input.threads) {
-    partners_.reserve(2 * bounds_.solids());
-    for (std::vector<std::uint32_t>* list : {&others_, &moved_}) list->reserve(2 * bounds_.objects());
-    is_moved_.reserve(2 * bounds_.objects());
-    is_moved_.resize(bounds_.objects());
+    take_room();
   }
   Scene(const Scene&) = delete;  // its parts point at each other
   Scene& operator=(const Scene&) = delete;
@@ -32,11 +31,7 @@ class Scene {
     if (was_there) forest_.erase(object, was_static);
     if (tree != nullptr) forest_.insert(object);
     object_pairs_.set_object(object);
-    if (partners_.capacity() < bounds_.solids()) partners_.reserve(2 * bounds_.solids());
-    if (is_moved_.size() < bounds_.objects()) {
-      is_moved_.resize(bounds_.objects());
-      moved_.reserve(is_moved_.capacity()), others_.reserve(is_moved_.capacity());
-    }
+    take_room();
     gathered_ = others_of_ = kNone;
   }
 
@@ -107,6 +102,12 @@ class Scene {
   }
 
  private:
+  void take_room() {
+    reserve_more(partners_, bounds_.solids());
+    for (std::vector<std::uint32_t>* list : {&others_, &moved_}) reserve_more(*list, bounds_.objects());
+    if (is_moved_.size() < bounds_.objects()) resize_more(is_moved_, bounds_.objects());
+  }
+
   template <class Place>
   void take(bool all, std::span<const std::uint32_t> moved, const Place& place_object) noexcept {
     gathered_ = others_of_ = kNone;
@@ -220,7 +221,7 @@ class Scene {
   // By the last update: all objects, or these, each once.
   bool all_moved_ = true;
   std::vector<std::uint32_t> moved_;
-  std::vector<std::uint8_t> is_moved_;  // by object
+  GrowingList<std::uint8_t> is_moved_;  // by object
 };
 
 class Native final : public Broadphase {

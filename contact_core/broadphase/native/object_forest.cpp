@@ -2,14 +2,15 @@
 
 #include <algorithm>
 
+#include "touchstone/contact_core/memory/reserve_more.hpp"
+
 namespace touchstone {
 
 ObjectForest::ObjectForest(const SolidBounds& bounds, TaskRunner* threads)
     : bounds_(bounds), threads_(threads) {
   std::vector<std::uint32_t> members[kTrees];
   for (Tree& tree : trees_) {
-    tree.now.slot_of.reserve(2 * std::size_t{bounds.objects()});  // some may come
-    tree.now.slot_of.resize(bounds.objects());
+    resize_more(tree.now.slot_of, bounds.objects());
   }
   for (std::uint32_t object = 0; object < bounds.objects(); ++object) {
     const int i = tree_of(object);
@@ -25,8 +26,7 @@ ObjectForest::ObjectForest(const SolidBounds& bounds, TaskRunner* threads)
 /// For as many slots as there are; and for its renewal, unless that has begun with what it needs.
 void ObjectForest::reserve(Tree& tree) {
   const std::uint32_t room = tree.now.tree.room();
-  if (tree.now.sphere_at.capacity() < room) tree.now.sphere_at.reserve(2 * std::size_t{room});
-  if (tree.now.sphere_at.size() < room) tree.now.sphere_at.resize(room);
+  if (tree.now.sphere_at.size() < room) resize_more(tree.now.sphere_at, room);
   tree.renewal.set_objects(tree.now.slot_of.size());
   if (tree.renewal.is_under_way()) return;
   tree.renewal.reserve(room);
@@ -41,7 +41,7 @@ void ObjectForest::erase(std::uint32_t object, bool was_static) {
 
 void ObjectForest::insert(std::uint32_t object) {
   for (Tree& tree : trees_)
-    if (object >= tree.now.slot_of.size()) tree.now.slot_of.resize(object + 1);
+    if (object >= tree.now.slot_of.size()) resize_more(tree.now.slot_of, object + 1);
   Tree& tree = trees_[tree_of(object)];
   std::uint32_t slot = tree.now.tree.insert(object);
   if (slot == ObjectTree::kNoObject) {

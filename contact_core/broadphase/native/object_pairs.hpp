@@ -2,6 +2,7 @@
 
 #include "touchstone/contact_core/broadphase/native/object_forest.hpp"
 #include "touchstone/contact_core/broadphase/native/pair_list.hpp"
+#include "touchstone/contact_core/memory/growing_list.hpp"
 
 namespace touchstone {
 
@@ -68,14 +69,14 @@ class ObjectPairs {
   PairList list_;
   std::size_t listed_objects_ = 0;  // that list_ has room for
   std::vector<Work> work_, work_scratch_;
-  std::vector<std::uint8_t> is_changed_;  // since the list was made, by object
+  GrowingList<std::uint8_t> is_changed_;  // since the list was made, by object
   std::vector<std::uint32_t> changed_;
   std::vector<SolidPair> fresh_;
   std::uint32_t rows_asked_ = 0;
   bool is_crowded_ = false;  // in the last row that was asked for by itself, most objects were partners
   std::uint32_t gathered_ = kNone;  // the row in row_
   std::vector<std::uint32_t> row_;
-  std::vector<std::uint64_t> marks_;  // a bit an object, all 0 between rows
+  GrowingList<std::uint64_t> marks_;  // a bit an object, all 0 between rows
   std::size_t row_end_ = 0;           // of the row of list_ read last
 };
 

@@ -11,6 +11,7 @@
 #include "touchstone/contact_core/broadphase/native/float_frame.hpp"
 #include "touchstone/contact_core/broadphase/native/morton_sort.hpp"
 #include "touchstone/contact_core/broadphase/world_spheres.hpp"
+#include "touchstone/contact_core/memory/growing_list.hpp"
 #include "touchstone/contact_core/threads/task_runner.hpp"
 
 namespace touchstone {
@@ -169,10 +170,10 @@ class ObjectTree {
   }
 
   FloatFrame frame_;
-  std::vector<Node> nodes_;
+  GrowingList<Node> nodes_;
   std::vector<std::uint32_t> level_start_;  // and the number of nodes at the end
   std::uint32_t size_ = 0;                  // slots in use, of those that there is room for:
-  std::vector<std::uint32_t> order_;
+  GrowingList<std::uint32_t> order_;
   std::vector<std::uint32_t> gone_;  // slots in use whose objects went
 };
 

@@ -32,8 +32,7 @@ std::size_t PairList::blocks_for(std::size_t objects) {
 
 void PairList::reserve(std::size_t objects) {
   const std::size_t blocks = blocks_for(objects);
-  found_ = std::make_unique_for_overwrite<SolidPair[]>(blocks * kBlock);
-  pairs_ = std::make_unique_for_overwrite<SolidPair[]>(blocks * kBlock);
+  for (GrowingMemory* memory : {&found_, &pairs_}) memory->grow(0, blocks * kBlock * sizeof(SolidPair));
   used_.reserve(blocks);
   row_end_.reserve(objects);
   count_ = 0;
@@ -50,14 +49,14 @@ bool PairList::Writer::open_block() noexcept {
   close();
   block_ = list_.next_block_.fetch_add(1, std::memory_order_relaxed);
   if (block_ >= list_.used_.size()) return false;
-  next_ = &list_.found_[block_ * kBlock];
+  next_ = &list_.found()[block_ * kBlock];
   end_ = next_ + kBlock;
   return true;
 }
 
 void PairList::Writer::close() noexcept {
   if (next_ != nullptr)
-    list_.used_[block_] = static_cast<std::uint32_t>(next_ - &list_.found_[block_ * kBlock]);
+    list_.used_[block_] = static_cast<std::uint32_t>(next_ - &list_.found()[block_ * kBlock]);
   next_ = end_ = nullptr;
 }
 
@@ -65,7 +64,7 @@ template <class Visit>
 void PairList::for_each_found(Visit visit) const noexcept {
   const std::size_t blocks = std::min<std::size_t>(next_block_, used_.size());
   for (std::size_t block = 0; block < blocks; ++block)
-    for (std::uint32_t i = 0; i < used_[block]; ++i) visit(found_[block * kBlock + i]);
+    for (std::uint32_t i = 0; i < used_[block]; ++i) visit(found()[block * kBlock + i]);
 }
 
 // Of evenly spread pairs, (1 - x)^2 have their lower object beyond a share x of the objects: so the tasks get
@@ -104,11 +103,11 @@ void PairList::sort(TaskRunner* threads) noexcept {
       start += pairs;
     }
     for_each_found([&](const SolidPair& pair) {
-      if (pair.a - first < last - first) pairs_[row_end_[pair.a]++] = pair;
+      if (pair.a - first < last - first) sorted()[row_end_[pair.a]++] = pair;
     });
     auto row_first = static_cast<std::uint32_t>(first_pair[task]);
     for (std::uint32_t row = first; row < last; ++row) {
-      sort_row(pairs_.get() + row_first, pairs_.get() + row_end_[row]);
+      sort_row(sorted() + row_first, sorted() + row_end_[row]);
       row_first = row_end_[row];
     }
   };
@@ -118,15 +117,15 @@ void PairList::sort(TaskRunner* threads) noexcept {
 bool PairList::replace(std::span<const std::uint8_t> changed, std::span<const SolidPair> fresh) noexcept {
   if (count_ + fresh.size() > capacity_) return false;
   auto next_fresh = fresh.begin();
-  SolidPair* out = found_.get();
+  SolidPair* out = found();
   for (const SolidPair& old : pairs()) {
     if ((changed[old.a] | changed[old.b]) != 0) continue;
     while (next_fresh != fresh.end() && *next_fresh < old) *out++ = *next_fresh++;
     *out++ = old;
   }
   out = std::copy(next_fresh, fresh.end(), out);
-  count_ = static_cast<std::size_t>(out - found_.get());
-  found_.swap(pairs_);
+  count_ = static_cast<std::size_t>(out - found());
+  std::swap(found_, pairs_);
   return true;
 }
 

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "touchstone/contact_core/memory/growing_list.hpp"
 #include "touchstone/contact_core/narrowphase/narrowphase.hpp"
 #include "touchstone/contact_core/threads/task_runner.hpp"
 
@@ -55,7 +56,7 @@ class PairList {
   /// of the others. False, and nothing changed, when there is no room.
   bool replace(std::span<const std::uint8_t> changed, std::span<const SolidPair> fresh) noexcept;
 
-  std::span<const SolidPair> pairs() const { return {pairs_.get(), count_}; }
+  std::span<const SolidPair> pairs() const { return {sorted(), count_}; }
 
  private:
   static constexpr std::size_t kBlock = 1024;
@@ -65,16 +66,19 @@ class PairList {
 
   static std::size_t blocks_for(std::size_t objects);
 
+  SolidPair* found() const { return static_cast<SolidPair*>(found_.data()); }
+  SolidPair* sorted() const { return static_cast<SolidPair*>(pairs_.data()); }
+
   template <class Visit>
   void for_each_found(Visit visit) const noexcept;
   std::uint32_t first_row(std::size_t task, std::size_t tasks) const noexcept;
 
-  std::unique_ptr<SolidPair[]> found_, pairs_;
+  GrowingMemory found_{alignof(SolidPair)}, pairs_{alignof(SolidPair)};
   std::size_t capacity_ = 0;             ///< of each
   std::size_t count_ = 0;                ///< in pairs_
-  std::vector<std::uint32_t> used_;      ///< of each block of found_
+  GrowingList<std::uint32_t> used_;      ///< of each block of found_
   std::atomic<std::size_t> next_block_;  ///< and beyond the last when the list is full
-  std::vector<std::uint32_t> row_end_;   ///< of the pairs of each lower object, in pairs_
+  GrowingList<std::uint32_t> row_end_;   ///< of the pairs of each lower object, in pairs_
 };
 
 }  // namespace touchstone

@@ -1,10 +1,12 @@
 #include "touchstone/contact_core/broadphase/native/solid_bounds.hpp"
 
+#include "touchstone/contact_core/memory/reserve_more.hpp"
+
 namespace touchstone {
 
 SolidBounds::SolidBounds(const BroadphaseInput& input)
     : table_(make_solid_table(input)), margin_(input.margin) {
-  reserve();
+  reserve(objects(), solids());
   for (std::uint32_t object = 0; object < objects(); ++object)
     add_nodes(*input.trees[object], table_.first_solid[object]);
   solid_sphere_W_.resize(solids()), object_sphere_W_.resize(objects());
@@ -12,13 +14,13 @@ SolidBounds::SolidBounds(const BroadphaseInput& input)
   stack_.resize(nodes_.size() + 1);
 }
 
-/// For all that there are, and for as many again that come one by one.
-void SolidBounds::reserve() {
-  const std::size_t objects = 2 * std::size_t{this->objects()}, solids = 2 * std::size_t{this->solids()};
+/// And for more, which come one by one.
+void SolidBounds::reserve(std::size_t objects, std::size_t solids) {
   const std::size_t nodes = 2 * solids;  // of n solids n - 1 are inner nodes
-  nodes_.reserve(nodes), first_node_.reserve(objects), node_count_.reserve(objects);
-  solid_sphere_W_.reserve(solids), object_sphere_W_.reserve(objects), object_box_.reserve(objects);
-  swept_.reserve(solids), node_box_.reserve(nodes), stack_.reserve(nodes + 1);
+  reserve_more(nodes_, nodes), reserve_more(first_node_, objects), reserve_more(node_count_, objects);
+  reserve_more(solid_sphere_W_, solids), reserve_more(object_sphere_W_, objects);
+  reserve_more(object_box_, objects), reserve_more(swept_, solids);
+  reserve_more(node_box_, nodes), reserve_more(stack_, nodes + 1);
 }
 
 void SolidBounds::add_nodes(const HexahedronTree& tree, std::uint32_t first_solid) {
@@ -50,6 +52,7 @@ void SolidBounds::set_object(std::uint32_t object, const HexahedronTree* tree, b
     replace_nodes(*tree, object);
     return;
   }
+  reserve(objects(), solids());
   add_nodes(*tree, table_.first_solid[object]);
   solid_sphere_W_.resize(solids()), object_sphere_W_.resize(objects());
   if (solids() != objects()) object_box_.resize(objects());

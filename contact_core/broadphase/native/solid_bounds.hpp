@@ -2,6 +2,7 @@
 
 #include "touchstone/contact_core/broadphase/swept_sphere.hpp"
 #include "touchstone/contact_core/broadphase/world_spheres.hpp"
+#include "touchstone/contact_core/memory/growing_list.hpp"
 
 namespace touchstone {
 
@@ -72,7 +73,7 @@ class SolidBounds {
     std::int32_t left, right, solid;  // left and right relative to the object's first node; solid is global
   };
 
-  void reserve();
+  void reserve(std::size_t objects, std::size_t solids);
   void add_nodes(const HexahedronTree& tree, std::uint32_t first_solid);
   void replace_nodes(const HexahedronTree& tree, std::uint32_t object);
   Box box_around_solids(std::uint32_t object) const noexcept;
@@ -83,13 +84,13 @@ class SolidBounds {
   SolidTable table_;
   double margin_;
   bool on_paths_ = false;
-  std::vector<Node> nodes_;
-  std::vector<std::uint32_t> first_node_, node_count_;  // by object
-  std::vector<Sphere> solid_sphere_W_, object_sphere_W_;
-  std::vector<Box> object_box_;     // of those of several solids, if there are any
-  std::vector<SweptSphere> swept_;  // of solids, and the boxes of nodes: on paths only
-  std::vector<Box> node_box_;
-  std::vector<std::uint32_t> stack_;
+  GrowingList<Node> nodes_;
+  GrowingList<std::uint32_t> first_node_, node_count_;  // by object
+  GrowingList<Sphere> solid_sphere_W_, object_sphere_W_;
+  GrowingList<Box> object_box_;     // of those of several solids, if there are any
+  GrowingList<SweptSphere> swept_;  // of solids, and the boxes of nodes: on paths only
+  GrowingList<Box> node_box_;
+  GrowingList<std::uint32_t> stack_;
 };
 
 }  // namespace touchstone

@@ -2,17 +2,18 @@
 
 #include <algorithm>
 
+#include "touchstone/contact_core/memory/reserve_more.hpp"
+
 namespace touchstone {
 
 void TreeRenewal::set_objects(std::size_t objects) {
-  if (next_.slot_of.capacity() < objects) next_.slot_of.reserve(2 * objects);
-  next_.slot_of.resize(objects, kNowhere);
+  if (objects != next_.slot_of.size()) resize_more(next_.slot_of, objects, kNowhere);
 }
 
 void TreeRenewal::reserve(std::uint32_t room) {
   const std::size_t next_room = ObjectTree::room_for(room);
   next_.tree.reserve(ObjectTree::room_for(room));
-  if (next_.sphere_at.capacity() < next_room) next_.sphere_at.clear(), next_.sphere_at.reserve(2 * next_room);
+  reserve_more(next_.sphere_at, next_room);
 }
 
 bool TreeRenewal::can_begin(const ObjectTree& now) const {

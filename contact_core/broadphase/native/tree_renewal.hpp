@@ -2,14 +2,15 @@
 
 #include "touchstone/contact_core/broadphase/native/object_tree.hpp"
 #include "touchstone/contact_core/broadphase/native/solid_bounds.hpp"
+#include "touchstone/contact_core/memory/growing_list.hpp"
 
 namespace touchstone {
 
 /// A tree and where its objects are in it.
 struct PlacedTree {
   ObjectTree tree;
-  std::vector<Sphere> sphere_at;       // of the object in each slot
-  std::vector<std::uint32_t> slot_of;  // by object
+  GrowingList<Sphere> sphere_at;       // of the object in each slot
+  GrowingList<std::uint32_t> slot_of;  // by object
 
   void place(std::uint32_t object, const SolidBounds& bounds) noexcept {
     sphere_at[slot_of[object]] = bounds.object_spheres_W()[object];

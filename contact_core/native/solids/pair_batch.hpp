@@ -3,8 +3,8 @@
 #include <array>
 #include <cstdint>
 #include <span>
-#include <vector>
 
+#include "touchstone/contact_core/memory/growing_list.hpp"
 #include "touchstone/contact_core/narrowphase/narrowphase.hpp"
 #include "touchstone/contact_core/native/simd/kernels.hpp"
 
@@ -35,7 +35,7 @@ void prefetch(const Object& object) {
 /// Fetches the data that a kernel reads of a pair. Solids lie in no order; fetching while a block's pairs are
 /// sorted by kind overlaps all of the block's cache misses.
 template <class Record>
-void prefetch_pair(const std::vector<Record>& records, std::span<const Pose> poses, const SolidPair& pair) {
+void prefetch_pair(const GrowingList<Record>& records, std::span<const Pose> poses, const SolidPair& pair) {
   for (const SolidIndex solid : {pair.a, pair.b}) {
     prefetch(poses[solid]);
     prefetch(records[solid]);

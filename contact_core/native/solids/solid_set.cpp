@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/contact_core/memory/reserve_more.hpp"
 #include "touchstone/contact_core/native/common/hull_pair.hpp"
 
 namespace touchstone::native {
@@ -81,7 +82,7 @@ class SharedHulls {
   std::shared_ptr<const SolidHull> find(const Hexahedron& solid) {
     const auto last = static_cast<std::uint32_t>(set_.vertices.size() - 1);
     const auto [place, is_new] = known_.insert(last);
-    return is_new ? make_hull(solid) : set_.solids[*place].hull;
+    return is_new ? make_hull(solid) : set_.hulls[*place];
   }
 
  private:
@@ -133,36 +134,75 @@ void reserve(SolidSet& set, std::size_t count, bool only_boxes) {
   set.parallelepiped_edges.reserve(count);
 }
 
+/// But for its hull. @param i of a solid that is there, or the next one.
+void put(SolidSet& set, std::size_t i, const Hexahedron& solid, SolidKind kind) {
+  if (i == set.kinds.size()) {
+    set.kinds.emplace_back(), set.ordinary.emplace_back(), set.boxes.emplace_back();
+    set.vertices.emplace_back(), set.solids.emplace_back(), set.hulls.emplace_back();
+  }
+  const bool ordinary = is_ordinary(solid);
+  set.kinds[i] = kind, set.ordinary[i] = ordinary;
+  set.boxes[i] = box_record(solid, ordinary);
+  set.vertices[i] = ordinary ? in_columns(solid) : not_a_number();
+  set.solids[i] = {solid.size(), norm_inf(solid.bounding_sphere().centre), nullptr};
+}
+
+void set_hull(SolidSet& set, std::size_t i, std::shared_ptr<const SolidHull> hull) {
+  set.solids[i].hull = hull.get();
+  set.hulls[i] = std::move(hull);
+}
+
+bool is_plain_box(const Hexahedron& solid) { return solid.is_box() && !solid.is_rounded(); }
+
 }  // namespace
 
 const VertexRecord* vertex_records(const SolidSet& set) {
   return reinterpret_cast<const VertexRecord*>(set.vertices.data());
 }
 
-SolidSet make_solid_set(std::span<const Hexahedron> solids, std::size_t room) {
+SolidSet make_solid_set(std::span<const Hexahedron> solids) {
   const auto is_box = [](const Hexahedron& solid) { return solid.is_box(); };
   const auto is_rounded = [](const Hexahedron& solid) { return solid.is_rounded(); };
   const bool only_boxes = std::all_of(solids.begin(), solids.end(), is_box);
   SolidSet out;
-  reserve(out, std::max(room, solids.size()), only_boxes);
+  reserve(out, solids.size(), only_boxes);
   SharedHulls shared(out);
   if (std::any_of(solids.begin(), solids.end(), is_rounded))
     for (const Hexahedron& solid : solids) out.radii.push_back(solid.radius());
-  for (const Hexahedron& solid : solids) {
-    const bool ordinary = is_ordinary(solid);
-    const WorldVertices vertices_S = in_columns(solid);
-    const auto fit = only_boxes ? std::nullopt : as_parallelepiped(vertices_S, solid.size());
-    out.kinds.push_back(solid.is_box() ? SolidKind::box
-                        : fit          ? SolidKind::parallelepiped
-                                       : SolidKind::general);
-    out.ordinary.push_back(ordinary);
-    out.boxes.push_back(box_record(solid, ordinary));
-    out.vertices.push_back(ordinary ? vertices_S : not_a_number());
-    auto hull = !ordinary ? make_hull(solid) : solid.is_box() ? hull_of_boxes() : shared.find(solid);
-    out.solids.push_back({solid.size(), norm_inf(solid.bounding_sphere().centre), std::move(hull)});
-    if (!only_boxes) add_parallelepiped(out, out.solids.size() - 1, fit);
+  for (std::size_t i = 0; i < solids.size(); ++i) {
+    const Hexahedron& solid = solids[i];
+    const auto fit = only_boxes ? std::nullopt : as_parallelepiped(in_columns(solid), solid.size());
+    put(out, i, solid,
+        solid.is_box() ? SolidKind::box
+        : fit          ? SolidKind::parallelepiped
+                       : SolidKind::general);
+    set_hull(out, i,
+             out.ordinary[i] == 0 ? make_hull(solid)
+             : solid.is_box()     ? hull_of_boxes()
+                                  : shared.find(solid));
+    if (!only_boxes) add_parallelepiped(out, i, fit);
   }
   return out;
+}
+
+void take_room(SolidSet& set, std::size_t solids) {
+  reserve_more(set.kinds, solids), reserve_more(set.ordinary, solids), reserve_more(set.boxes, solids);
+  reserve_more(set.vertices, solids), reserve_more(set.solids, solids);
+  if (!set.radii.empty()) reserve_more(set.radii, solids);
+  if (set.parallelepipeds.empty()) return;
+  reserve_more(set.parallelepipeds, solids), reserve_more(set.parallelepiped_edges, solids);
+}
+
+void set_solids(SolidSet& set, std::size_t first, std::span<const Hexahedron> solids) {
+  const bool holds_boxes_alone = set.parallelepipeds.empty() && set.radii.empty();
+  if (!holds_boxes_alone || !std::all_of(solids.begin(), solids.end(), is_plain_box))
+    return set_solids(set, first, make_solid_set(solids));
+  // Boxes among boxes are put in their places without a set of their own.
+  for (std::size_t i = 0; i < solids.size(); ++i) {
+    std::shared_ptr<const SolidHull> hull = is_ordinary(solids[i]) ? hull_of_boxes() : make_hull(solids[i]);
+    put(set, first + i, solids[i], SolidKind::box);
+    set_hull(set, first + i, std::move(hull));
+  }
 }
 
 void set_solids(SolidSet& set, std::size_t first, SolidSet solids) {
@@ -185,6 +225,10 @@ void set_solids(SolidSet& set, std::size_t first, SolidSet solids) {
   put(set.kinds, solids.kinds), put(set.ordinary, solids.ordinary);
   put(set.boxes, solids.boxes), put(set.vertices, solids.vertices);
   put(set.solids, solids.solids);
+  for (std::size_t i = 0; i < solids.hulls.size(); ++i) {
+    if (first + i == set.hulls.size()) set.hulls.emplace_back();
+    set.hulls[first + i] = std::move(solids.hulls[i]);
+  }
   if (!solids.radii.empty()) put(set.radii, solids.radii);
 }
 

@@ -4,9 +4,10 @@
 #include <memory>
 #include <span>
 #include <type_traits>
-#include <vector>
 
 #include "touchstone/contact_core/geometry/hexahedron.hpp"
+#include "touchstone/contact_core/memory/growing_list.hpp"
+#include "touchstone/contact_core/memory/record_list.hpp"
 #include "touchstone/contact_core/narrowphase/narrowphase.hpp"
 #include "touchstone/contact_core/native/simd/kernels.hpp"
 #include "touchstone/contact_core/native/solids/parallelepiped.hpp"
@@ -28,23 +29,24 @@ struct SolidHull {
 };
 
 struct SolidData {
-  double size;                            ///< largest distance between two vertices [m]
-  double middle;                          ///< largest |coordinate| of its bounding box's centre [m]
-  std::shared_ptr<const SolidHull> hull;  ///< never null
+  double size;            ///< largest distance between two vertices [m]
+  double middle;          ///< largest |coordinate| of its bounding box's centre [m]
+  const SolidHull* hull;  ///< never null; SolidSet::hulls keeps it
 };
 
-/// The solids as build() keeps them, one vector for each kind of reader: the overlap filters' records stand
+/// The solids as build() keeps them, one list for each kind of reader: the overlap filters' records stand
 /// densely, apart from the rest. While all solids are boxes, nobody reads what is kept of parallelepipeds:
-/// those two vectors then stay empty.
+/// those two lists then stay empty.
 struct SolidSet {
-  std::vector<SolidKind> kinds;
-  std::vector<std::uint8_t> ordinary;           ///< by size and place within its frame, see below
-  std::vector<BoxRecord> boxes;                 ///< of boxes; `reach` is infinite where not ordinary
-  std::vector<Parallelepiped> parallelepipeds;  ///< of boxes and parallelepipeds; likewise, by centre
-  std::vector<WorldVertices> vertices;          ///< in solids' frames; not a number where not ordinary
-  std::vector<ParallelepipedEdges> parallelepiped_edges;  ///< of parallelepipeds; infinite likewise
-  std::vector<SolidData> solids;
-  std::vector<double> radii;  ///< empty while no solid is rounded [m]
+  GrowingList<SolidKind> kinds;
+  GrowingList<std::uint8_t> ordinary;           ///< by size and place within its frame, see below
+  GrowingList<BoxRecord> boxes;                 ///< of boxes; `reach` is infinite where not ordinary
+  GrowingList<Parallelepiped> parallelepipeds;  ///< of boxes and parallelepipeds; likewise, by centre
+  GrowingList<WorldVertices> vertices;          ///< in solids' frames; not a number where not ordinary
+  GrowingList<ParallelepipedEdges> parallelepiped_edges;  ///< of parallelepipeds; infinite likewise
+  GrowingList<SolidData> solids;
+  RecordList<std::shared_ptr<const SolidHull>, 32> hulls;
+  GrowingList<double> radii;  ///< empty while no solid is rounded [m]
 };
 
 /// Within these magnitudes sixth powers of lengths, all that is ever formed, neither overflow nor underflow
@@ -76,8 +78,10 @@ inline const WorldVertices& local_vertices(const SolidSet& set, std::size_t soli
 /// SolidSet::vertices as the kernels read them.
 const VertexRecord* vertex_records(const SolidSet& set);
 
-/// @param room for how many solids memory is taken ahead, if for more than these.
-SolidSet make_solid_set(std::span<const Hexahedron> solids, std::size_t room = 0);
+SolidSet make_solid_set(std::span<const Hexahedron> solids);
+
+/// Makes room for this many solids, and more (reserve_more.hpp), that come later.
+void take_room(SolidSet& set, std::size_t solids);
 
 inline double radius_of(const SolidSet& set, std::size_t solid) {
   return set.radii.empty() ? 0.0 : set.radii[solid];
@@ -86,5 +90,7 @@ inline double radius_of(const SolidSet& set, std::size_t solid) {
 /// Replaces the solids from `first` on; appends those beyond the end.
 /// @pre first is at most the number of solids.
 void set_solids(SolidSet& set, std::size_t first, SolidSet solids);
+/// The same of solids that have no set yet.
+void set_solids(SolidSet& set, std::size_t first, std::span<const Hexahedron> solids);
 
 }  // namespace touchstone::native

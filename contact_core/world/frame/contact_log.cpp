@@ -4,8 +4,8 @@
 #include <array>
 #include <limits>
 
+#include "touchstone/contact_core/memory/reserve_more.hpp"
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
-#include "touchstone/contact_core/world/model/reserve_more.hpp"
 
 namespace touchstone {
 

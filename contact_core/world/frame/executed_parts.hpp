@@ -5,9 +5,9 @@
 #include <span>
 #include <vector>
 
+#include "touchstone/contact_core/memory/reserve_more.hpp"
 #include "touchstone/contact_core/motion/path.hpp"
 #include "touchstone/contact_core/world/handles.hpp"
-#include "touchstone/contact_core/world/model/reserve_more.hpp"
 
 namespace touchstone {
 

@@ -6,7 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "touchstone/contact_core/world/model/reserve_more.hpp"
+#include "touchstone/contact_core/memory/growing_list.hpp"
+#include "touchstone/contact_core/memory/reserve_more.hpp"
 
 namespace touchstone {
 
@@ -26,7 +27,7 @@ class Followers {
   void take_room(std::size_t slots, bool anew) {
     if (anew) *this = {};
     resize_more(leader_of_, slots, kNone), resize_more(claim_of_, slots, {kNone, 0});
-    for (std::vector<std::uint8_t>* flags : {&is_commanded_, &is_disputed_, &is_blocked_})
+    for (GrowingList<std::uint8_t>* flags : {&is_commanded_, &is_disputed_, &is_blocked_})
       resize_more(*flags, slots);
     for (std::vector<std::uint32_t>* roots : {&followers_, &claimed_}) reserve_more(*roots, slots);
   }
@@ -88,11 +89,11 @@ class Followers {
   }
 
  private:
-  std::vector<std::uint32_t> leader_of_;  // by slot; kNone: it goes by itself, or not at all
+  GrowingList<std::uint32_t> leader_of_;  // by slot; kNone: it goes by itself, or not at all
   std::vector<std::uint32_t> followers_;
-  std::vector<Lead> claim_of_;                                         // by slot: whom it is to go along with
+  GrowingList<Lead> claim_of_;                                         // by slot: whom it is to go along with
   std::vector<std::uint32_t> claimed_;                                 // slots
-  std::vector<std::uint8_t> is_commanded_, is_disputed_, is_blocked_;  // by slot
+  GrowingList<std::uint8_t> is_commanded_, is_disputed_, is_blocked_;  // by slot
 };
 
 }  // namespace touchstone

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "touchstone/contact_core/world/model/reserve_more.hpp"
+#include "touchstone/contact_core/memory/reserve_more.hpp"
 #include "touchstone/contact_core/world/model/world_model.hpp"
 #include "touchstone/contact_core/world/pairs/frame_pairs.hpp"
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "touchstone/contact_core/memory/reserve_more.hpp"
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
-#include "touchstone/contact_core/world/model/reserve_more.hpp"
 
 namespace touchstone {
 namespace {

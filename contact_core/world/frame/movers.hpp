@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "touchstone/contact_core/memory/growing_list.hpp"
 #include "touchstone/contact_core/world/contact_world.hpp"
 #include "touchstone/contact_core/world/model/world_model.hpp"
 
@@ -14,7 +15,7 @@ struct Movers {
   std::vector<std::uint32_t> roots;      ///< in motion, or taken along; ascending, each once
   std::vector<std::uint32_t> commanded;  ///< commanded or taken along in this frame; may name one twice
   std::vector<std::uint32_t> commanded_before;  ///< the same, one frame ago
-  std::vector<std::uint8_t> is_short;           ///< by slot: its commanded path was stopped in this frame
+  GrowingList<std::uint8_t> is_short;           ///< by slot: its commanded path was stopped in this frame
 
   /// @param anew forgets all commands.
   void take_room(std::size_t slots, bool anew);

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
-#include "touchstone/contact_core/world/model/reserve_more.hpp"
+#include "touchstone/contact_core/memory/reserve_more.hpp"
 
 namespace touchstone {
 namespace {

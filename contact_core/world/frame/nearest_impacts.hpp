@@ -4,6 +4,8 @@
 #include <span>
 #include <vector>
 
+#include "touchstone/contact_core/memory/growing_list.hpp"
+#include "touchstone/contact_core/memory/reserve_more.hpp"
 #include "touchstone/contact_core/world/model/frame_lanes.hpp"
 #include "touchstone/contact_core/world/model/world_model.hpp"
 #include "touchstone/contact_core/world/pairs/frame_pairs.hpp"
@@ -30,7 +32,7 @@ class NearestImpacts {
 
   void take_room(std::size_t slots, std::size_t solids);
   /// @param watched the most pairs.
-  void take_room_for_pairs(std::size_t watched) { ahead_.reserve(watched); }
+  void take_room_for_pairs(std::size_t watched) { reserve_more(ahead_, watched); }
 
   /// Clears all stops; to be called before the first find() on new paths, and once more after the last one.
   void forget(std::span<const std::uint32_t> roots) {
@@ -73,13 +75,13 @@ class NearestImpacts {
                      std::span<FramePair> pairs, MayGoOn may_go_on);
   void bound_stops(const WorldModel& model, const FramePair& pair);
 
-  std::vector<double> stop_bounds_;  // by slot; a root's: it goes no further; 1 between calls
+  GrowingList<double> stop_bounds_;  // by slot; a root's: it goes no further; 1 between calls
 
   // Memory of one call.
-  std::vector<Opened> opened_;
-  std::vector<std::uint32_t> groups_;            // where each mover's begin
-  std::vector<SolidPair> ahead_;                 // what is asked about next
-  std::vector<SeparationMemo::Answer> answers_;  // to those
+  GrowingList<Opened> opened_;
+  GrowingList<std::uint32_t> groups_;            // where each mover's begin
+  GrowingList<SolidPair> ahead_;                 // what is asked about next
+  GrowingList<SeparationMemo::Answer> answers_;  // to those
 };
 
 template <class MayGoOn>

@@ -1,6 +1,6 @@
 #include "touchstone/contact_core/world/frame/pair_finder.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
-#include "touchstone/contact_core/world/model/reserve_more.hpp"
+#include "touchstone/contact_core/memory/reserve_more.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -25,14 +25,14 @@ bool is_of_interest(const WorldModel& model, const FramePair& pair) {
 void PairFinder::take_room(std::size_t slots, std::size_t solids, std::size_t watched) {
   impacts_.take_room(slots, solids), impacts_.take_room_for_pairs(watched);
   reserve_more(examined_, 64 + 16 * solids), reserve_more(opened_, 64 + 16 * solids);
-  touching_.reserve(watched), close_.reserve(watched), deferred_.reserve(watched);
-  left_out_.reserve(watched);
+  for (GrowingList<std::uint32_t>* list : {&touching_, &close_, &deferred_}) reserve_more(*list, watched);
+  reserve_more(left_out_, watched);
 }
 
 // Those that touch come first, then all others that may be near at the start: where they stop a mover, the
 // rest need only be clear up to there.
 PairFinder::Counts PairFinder::find(const Scope& scope, std::span<const ContactState> contacts,
-                                    std::vector<FramePair>& pairs) {
+                                    GrowingList<FramePair>& pairs) {
   Counts counts;
   pairs.clear();
   scope.watched.gather(scope.model, scope.movers, scope.lanes, close_, deferred_);
@@ -40,8 +40,8 @@ PairFinder::Counts PairFinder::find(const Scope& scope, std::span<const ContactS
   std::size_t known = pairs.size();
   examine(scope, close_, pairs, counts);
   merge_by_solids(pairs, known);
-  std::erase_if(deferred_,
-                [&](std::uint32_t i) { return is_clear_to_bounds(scope.model, scope.watched.pairs()[i]); });
+  erase_if(deferred_,
+           [&](std::uint32_t i) { return is_clear_to_bounds(scope.model, scope.watched.pairs()[i]); });
   scope.watched.keep_checked(scope.model, scope.lanes, deferred_);
   known = pairs.size();
   examine(scope, deferred_, pairs, counts);
@@ -52,10 +52,10 @@ PairFinder::Counts PairFinder::find(const Scope& scope, std::span<const ContactS
 
 /// Takes them out of close_.
 void PairFinder::examine_touching(const Scope& scope, std::span<const ContactState> contacts,
-                                  std::vector<FramePair>& pairs, Counts& counts) {
+                                  GrowingList<FramePair>& pairs, Counts& counts) {
   touching_.clear();
   if (contacts.empty()) return;
-  std::erase_if(close_, [&](std::uint32_t i) {
+  erase_if(close_, [&](std::uint32_t i) {
     if (!is_among(contacts, scope.watched.pairs().solids(i))) return false;
     touching_.push_back(i);
     return true;
@@ -68,7 +68,7 @@ void PairFinder::examine_touching(const Scope& scope, std::span<const ContactSta
 /// after it.
 /// @param watches by solids; switched on.
 void PairFinder::examine(const Scope& scope, std::span<const std::uint32_t> watches,
-                         std::vector<FramePair>& pairs, Counts& counts) {
+                         GrowingList<FramePair>& pairs, Counts& counts) {
   if (watches.empty()) return;
   // Lanes fill one entry a pair.
   const std::size_t first = pairs.size(), last = first + watches.size();
@@ -125,7 +125,7 @@ bool PairFinder::is_clear_to_bounds(const WorldModel& model, const WatchedPair& 
 }
 
 void PairFinder::add_left_out(const Scope& scope, std::span<const ContactState> contacts,
-                              std::vector<FramePair>& pairs) {
+                              GrowingList<FramePair>& pairs) {
   const std::size_t known = pairs.size();
   add_unclear_left_out(scope, contacts, pairs);
   for (const ContactState& contact : contacts)
@@ -142,7 +142,7 @@ std::size_t PairFinder::gather_left_out(const Scope& scope, std::span<const Cont
   WorldModel& model = scope.model;
   WatchedPairs& watched = scope.watched;
   const PairWatch& watches = watched.pairs();
-  const std::vector<std::uint8_t>& is_short = scope.movers.is_short;
+  const GrowingList<std::uint8_t>& is_short = scope.movers.is_short;
   const std::vector<std::uint32_t>& roots = scope.movers.roots;
   std::atomic<std::size_t> count{0};
   // Of two movers that were stopped the pair comes from its a.
@@ -176,7 +176,7 @@ std::size_t PairFinder::gather_left_out(const Scope& scope, std::span<const Cont
 }
 
 void PairFinder::add_unclear_left_out(const Scope& scope, std::span<const ContactState> contacts,
-                                      std::vector<FramePair>& pairs) {
+                                      GrowingList<FramePair>& pairs) {
   WorldModel& model = scope.model;
   PairWatch& watches = scope.watched.pairs();
   const std::size_t known = pairs.size(), count = gather_left_out(scope, contacts, pairs);

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "touchstone/contact_core/memory/growing_list.hpp"
 #include "touchstone/contact_core/world/frame/movers.hpp"
 #include "touchstone/contact_core/world/frame/nearest_impacts.hpp"
 #include "touchstone/contact_core/world/frame/watched_pairs.hpp"
@@ -34,12 +35,12 @@ class PairFinder {
 
   /// Fills `pairs`, by solids, with those that are not known to stay apart, and their impacts.
   /// @param contacts as the frame begins, by solids: they come first, as they stop movers soonest.
-  Counts find(const Scope& scope, std::span<const ContactState> contacts, std::vector<FramePair>& pairs);
+  Counts find(const Scope& scope, std::span<const ContactState> contacts, GrowingList<FramePair>& pairs);
   /// After a frame is executed: adds pairs that find() left out because their path led far away, where that
   /// path was not executed to its end, and pairs that were in contact before: both may still be near.
   /// @param contacts as the frame began, by solids.
   void add_left_out(const Scope& scope, std::span<const ContactState> contacts,
-                    std::vector<FramePair>& pairs);
+                    GrowingList<FramePair>& pairs);
 
  private:
   /// The stages that an examined pair goes through.
@@ -47,24 +48,24 @@ class PairFinder {
     apart,  ///< by an axis, wherever its movers are stopped
     open,   ///< it has to be asked about
   };
-  void examine(const Scope& scope, std::span<const std::uint32_t> watches, std::vector<FramePair>& pairs,
+  void examine(const Scope& scope, std::span<const std::uint32_t> watches, GrowingList<FramePair>& pairs,
                Counts& counts);
   void examine_touching(const Scope& scope, std::span<const ContactState> contacts,
-                        std::vector<FramePair>& pairs, Counts& counts);
+                        GrowingList<FramePair>& pairs, Counts& counts);
   Stage open_pair(const Scope& scope, std::uint32_t watch, FramePair& entry) const;
   bool is_clear_to_bounds(const WorldModel& model, const WatchedPair& watch) const;
   std::size_t gather_left_out(const Scope& scope, std::span<const ContactState> contacts,
                               std::span<const FramePair> known);
   void add_unclear_left_out(const Scope& scope, std::span<const ContactState> contacts,
-                            std::vector<FramePair>& pairs);
+                            GrowingList<FramePair>& pairs);
 
   NearestImpacts impacts_;
 
   // Memory of one call.
-  std::vector<std::uint32_t> touching_, close_, deferred_;  // watched pairs by index
-  std::vector<Stage> examined_;                             // by pair
-  std::vector<std::uint32_t> opened_;                       // indices of pairs that have to be asked about
-  std::vector<GatheredPair> left_out_;
+  GrowingList<std::uint32_t> touching_, close_, deferred_;  // watched pairs by index
+  GrowingList<Stage> examined_;                             // by pair
+  GrowingList<std::uint32_t> opened_;                       // indices of pairs that have to be asked about
+  GrowingList<GatheredPair> left_out_;
 };
 
 }  // namespace touchstone

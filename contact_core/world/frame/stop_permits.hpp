@@ -4,21 +4,22 @@
 #include <span>
 #include <vector>
 
+#include "touchstone/contact_core/memory/growing_list.hpp"
+#include "touchstone/contact_core/memory/reserve_more.hpp"
 #include "touchstone/contact_core/scene/scene.hpp"
 #include "touchstone/contact_core/world/contact_world.hpp"
-#include "touchstone/contact_core/world/model/reserve_more.hpp"
 
 namespace touchstone {
 
 /// How movers may go on after the stops of a part, by slot.
 struct StopPermits {
-  std::vector<std::uint8_t> may_slide;                // what stopped it last lets it slide
-  std::vector<std::uint8_t> may_pivot;                // or lets it advance
-  std::vector<std::uint8_t> translation_only;         // it goes on without turning
-  std::vector<std::uint8_t> translation_only_before;  // the same, as the part at hand began
+  GrowingList<std::uint8_t> may_slide;                // what stopped it last lets it slide
+  GrowingList<std::uint8_t> may_pivot;                // or lets it advance
+  GrowingList<std::uint8_t> translation_only;         // it goes on without turning
+  GrowingList<std::uint8_t> translation_only_before;  // the same, as the part at hand began
 
   void take_room(std::size_t slots, bool anew) {
-    for (std::vector<std::uint8_t>* flags :
+    for (GrowingList<std::uint8_t>* flags :
          {&may_slide, &may_pivot, &translation_only, &translation_only_before}) {
       if (anew) flags->clear();
       resize_more(*flags, slots);

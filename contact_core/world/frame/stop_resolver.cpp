@@ -1,13 +1,13 @@
 #include "touchstone/contact_core/world/frame/stop_resolver.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
-#include "touchstone/contact_core/world/model/reserve_more.hpp"
+#include "touchstone/contact_core/memory/reserve_more.hpp"
 
 #include <algorithm>
 
 namespace touchstone {
 
 void StopResolver::take_room(std::size_t slots, std::size_t solids, bool anew) {
-  for (std::vector<std::uint8_t>* flags : {&is_restopped_, &is_held_}) {
+  for (GrowingList<std::uint8_t>* flags : {&is_restopped_, &is_held_}) {
     if (anew) flags->clear();
     resize_more(*flags, slots);
   }

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "touchstone/contact_core/memory/growing_list.hpp"
 #include "touchstone/contact_core/world/frame/followers.hpp"
 #include "touchstone/contact_core/world/frame/moment_log.hpp"
 #include "touchstone/contact_core/world/frame/stop_permits.hpp"
@@ -45,8 +46,8 @@ class StopResolver {
 
   StopQueue queue_;
   std::vector<std::uint32_t> restopped_;    // roots whose pairs are to be asked again
-  std::vector<std::uint8_t> is_restopped_;  // by slot
-  std::vector<std::uint8_t> is_held_;       // by slot; a root's: a pair that holds took it back to its start
+  GrowingList<std::uint8_t> is_restopped_;  // by slot
+  GrowingList<std::uint8_t> is_held_;       // by slot; a root's: a pair that holds took it back to its start
   bool took_back_ = false;                  // a pair that holds did, in these rounds
 };
 

@@ -5,8 +5,8 @@
 #include <atomic>
 #include <cmath>
 
+#include "touchstone/contact_core/memory/reserve_more.hpp"
 #include "touchstone/contact_core/world/frame/level_search.hpp"
-#include "touchstone/contact_core/world/model/reserve_more.hpp"
 
 namespace touchstone {
 namespace {
@@ -59,13 +59,11 @@ void WatchedPairs::take_room(const WorldModel& model, bool anew) {
   reserve_more(due_, slots), reserve_more(idle_, slots), reserve_more(moved_, slots),
       reserve_more(movable_, slots);
   reserve_more(looked_at_, slots);
-  if (pairs_.capacity() < 256 + 64 * solids) {
-    const std::size_t room = 2 * (256 + 64 * solids);  // as reserve_more() has it
-    pairs_.reserve(room), pairs_before_.reserve(room);
-    for (std::vector<std::uint32_t>* indices : {&imminent_, &unclear_, &taken_}) indices->reserve(room);
-    gathered_.reserve(room), is_taken_.reserve(room), found_.reserve(room);
-  }
+  room_ = std::max<std::size_t>(256 + 64 * solids, pairs_.size());
+  pairs_.reserve(room_), pairs_before_.reserve(room_);
   pairs_.set_solids(solids), pairs_before_.set_solids(solids);
+  for (GrowingList<std::uint32_t>* indices : {&imminent_, &unclear_, &taken_}) reserve_more(*indices, room_);
+  reserve_more(gathered_, room_), reserve_more(is_taken_, room_), reserve_more(found_, room_);
   reserve_more(partners_, solids), reserve_more(known_partners_, solids), reserve_more(proxies_, proxies);
 }
 
@@ -252,7 +250,7 @@ void WatchedPairs::note_due(std::uint32_t slot) {
 
 /// Of all objects, or of those only that went beyond their limits or are new here.
 void WatchedPairs::update(WorldModel& model, Broadphase& broadphase) {
-  std::erase_if(due_, [&](std::uint32_t slot) {
+  erase_if(due_, [&](std::uint32_t slot) {
     if (model.layout.is_alive(slot)) return false;
     is_noted_due_[slot] = 0;
     return true;
@@ -534,7 +532,7 @@ void WatchedPairs::find_looked_at(const WorldModel& model, const Movers& movers)
 /// Those of what moves, or has moved since, and those that were not clear before. Pairs that are off are
 /// kept: when they are switched on they may have come near.
 void WatchedPairs::gather(WorldModel& model, const Movers& movers, FrameLanes& lanes,
-                          std::vector<std::uint32_t>& close, std::vector<std::uint32_t>& deferred) {
+                          GrowingList<std::uint32_t>& close, GrowingList<std::uint32_t>& deferred) {
   constexpr std::size_t kRootsAtOnce = 16;
   find_looked_at(model, movers);
   const bool has_links = model.mechanisms.size() > 0;
@@ -576,7 +574,7 @@ void WatchedPairs::gather(WorldModel& model, const Movers& movers, FrameLanes& l
 }
 
 void WatchedPairs::keep_checked(const WorldModel& model, FrameLanes& lanes,
-                                std::vector<std::uint32_t>& indices) {
+                                GrowingList<std::uint32_t>& indices) {
   constexpr std::size_t kPairsAtOnce = 64;
   gathered_.resize(std::max(gathered_.size(), indices.size()));
   std::atomic<std::size_t> count{0};

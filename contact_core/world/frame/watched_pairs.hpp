@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "touchstone/contact_core/broadphase/broadphase.hpp"
+#include "touchstone/contact_core/memory/growing_list.hpp"
 #include "touchstone/contact_core/world/frame/movers.hpp"
 #include "touchstone/contact_core/world/model/frame_lanes.hpp"
 #include "touchstone/contact_core/world/model/world_model.hpp"
@@ -64,16 +65,19 @@ class WatchedPairs {
   /// @param close not known to be clear at the start, and switched on; by solids. @param deferred clear
   /// there: once it is known how far paths matter, most of them are clear, and keep_checked() is for the
   /// others.
-  void gather(WorldModel& model, const Movers& movers, FrameLanes& lanes, std::vector<std::uint32_t>& close,
-              std::vector<std::uint32_t>& deferred);
+  void gather(WorldModel& model, const Movers& movers, FrameLanes& lanes, GrowingList<std::uint32_t>& close,
+              GrowingList<std::uint32_t>& deferred);
   /// Keeps those that are switched on, by solids.
-  void keep_checked(const WorldModel& model, FrameLanes& lanes, std::vector<std::uint32_t>& indices);
+  void keep_checked(const WorldModel& model, FrameLanes& lanes, GrowingList<std::uint32_t>& indices);
 
   /// The pairs that may come near within a few frames, in no order; moving links need no others.
   /// @pre !needs_imminent().
   std::span<const std::uint32_t> imminent() const { return imminent_; }
   bool needs_imminent() const { return needs_imminent_; }
   void choose_imminent(WorldModel& model);
+
+  /// Lists of pairs have room for this many.
+  std::size_t room() const { return room_; }
 
   PairWatch& pairs() { return pairs_; }
   const PairWatch& pairs() const { return pairs_; }
@@ -100,35 +104,36 @@ class WatchedPairs {
   void find_looked_at(const WorldModel& model, const Movers& movers);
 
   PairWatch pairs_, pairs_before_;
+  std::size_t room_ = 0;
   bool needs_watch_ = true, needs_imminent_ = true;
   bool is_overflown_ = false;                // Travels knows nothing any more
-  std::vector<std::uint32_t> moved_;         // slots
-  std::vector<std::uint32_t> due_;           // slots of objects whose pairs are to be found anew
-  std::vector<std::uint8_t> is_noted_due_;   // by slot
+  GrowingList<std::uint32_t> moved_;         // slots
+  GrowingList<std::uint32_t> due_;           // slots of objects whose pairs are to be found anew
+  GrowingList<std::uint8_t> is_noted_due_;   // by slot
   std::vector<std::uint32_t> idle_;          // slots with levels whose pairs were found anew in this frame
-  std::vector<std::uint8_t> is_noted_idle_;  // by slot
+  GrowingList<std::uint8_t> is_noted_idle_;  // by slot
   std::vector<double>
       reaches_;  // by slot: so much further than the default rule's warn distance it looks [m]
   std::vector<std::pair<ObjectHandle, double>> early_reaches_;  // of objects that are not laid out yet
-  std::vector<std::uint32_t> unclear_;   // by index: all that may not be clear, of what rests
-  std::vector<std::uint32_t> imminent_;  // by index
+  GrowingList<std::uint32_t> unclear_;   // by index: all that may not be clear, of what rests
+  GrowingList<std::uint32_t> imminent_;  // by index
 
   // For the broadphase: where solids stand, and how far from there they may be.
-  std::vector<Pose> stands_;         // by proxy
-  std::vector<double> regions_;      // by proxy [m]
-  std::vector<Pose> objects_stand_;  // by slot: of those with levels the object's own pose then
+  GrowingList<Pose> stands_;         // by proxy
+  GrowingList<double> regions_;      // by proxy [m]
+  GrowingList<Pose> objects_stand_;  // by slot: of those with levels the object's own pose then
 
   // Memory of one call.
-  std::vector<std::uint32_t> movable_;                                // slots, of update_all()
+  GrowingList<std::uint32_t> movable_;                                // slots, of update_all()
   std::vector<SolidIndex> proxies_;                                   // of find_partners()
   std::vector<SolidPair> found_;                                      // of search_levels()
   std::vector<SolidIndex> partners_;                                  // of update_partners()
   std::vector<std::pair<SolidIndex, std::uint32_t>> known_partners_;  // the same: watched so far, by index
-  std::vector<GatheredPair> gathered_;                                // of keep_checked(): those that are on
-  std::vector<std::uint32_t> taken_;                                  // of gather(): not clear
+  GrowingList<GatheredPair> gathered_;                                // of keep_checked(): those that are on
+  GrowingList<std::uint32_t> taken_;                                  // of gather(): not clear
   std::vector<std::uint32_t> looked_at_;                              // the same: roots
-  std::vector<std::uint8_t> is_looked_at_;                            // the same, by slot
-  std::vector<std::uint8_t> is_taken_;                                // the same, by index
+  GrowingList<std::uint8_t> is_looked_at_;                            // the same, by slot
+  GrowingList<std::uint8_t> is_taken_;                                // the same, by index
 };
 
 }  // namespace touchstone

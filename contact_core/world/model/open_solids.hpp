@@ -5,8 +5,9 @@
 #include <span>
 #include <vector>
 
+#include "touchstone/contact_core/memory/growing_list.hpp"
+#include "touchstone/contact_core/memory/reserve_more.hpp"
 #include "touchstone/contact_core/narrowphase/narrowphase.hpp"
-#include "touchstone/contact_core/world/model/reserve_more.hpp"
 
 namespace touchstone {
 
@@ -44,9 +45,9 @@ class OpenSolids {
   }
 
  private:
-  std::vector<std::uint32_t> count_;   // by slot
-  std::vector<std::uint8_t> is_open_;  // by solid
-  std::vector<SolidIndex> list_;       // from the slot's first solid on
+  GrowingList<std::uint32_t> count_;   // by slot
+  GrowingList<std::uint8_t> is_open_;  // by solid
+  GrowingList<SolidIndex> list_;       // from the slot's first solid on
 };
 
 }  // namespace touchstone

@@ -4,7 +4,8 @@
 #include <vector>
 
 #include "touchstone/contact_core/geometry/pose.hpp"
-#include "touchstone/contact_core/world/model/reserve_more.hpp"
+#include "touchstone/contact_core/memory/growing_list.hpp"
+#include "touchstone/contact_core/memory/reserve_more.hpp"
 
 namespace touchstone {
 
@@ -49,7 +50,7 @@ class Rides {
   void end(std::uint32_t root) { rides_[root].lead = kNone; }
 
  private:
-  std::vector<Ride> rides_;  // by slot
+  GrowingList<Ride> rides_;  // by slot
 };
 
 }  // namespace touchstone

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "touchstone/contact_core/world/model/reserve_more.hpp"
+#include "touchstone/contact_core/memory/reserve_more.hpp"
 
 namespace touchstone {
 namespace {
@@ -84,10 +84,10 @@ void take_room(WorldModel& model, bool anew) {
   resize_more(model.from, solids), resize_more(model.X_BS, solids);
   resize_more(model.root_of_solid, solids);
   Travels& travels = model.travels;
-  for (std::vector<double>* values : {&travels.of_solid, &travels.solid_limit, &travels.imminent_solid,
+  for (GrowingList<double>* values : {&travels.of_solid, &travels.solid_limit, &travels.imminent_solid,
                                       &travels.last_solid, &travels.planned_solid, &travels.needed})
     size(*values, solids, 0.0);
-  for (std::vector<double>* values :
+  for (GrowingList<double>* values :
        {&travels.of_object, &travels.last_object, &travels.object_limit, &travels.needed_object})
     size(*values, slots, 0.0);
   model.open.take_room(slots, solids, anew);
@@ -140,21 +140,16 @@ void begin_object(WorldModel& model, std::uint32_t slot) {
   model.stops[slot] = 1.0;
   model.in_motion[slot] = 0;
   Travels& travels = model.travels;
-  for (std::vector<double>* values :
+  for (GrowingList<double>* values :
        {&travels.of_object, &travels.last_object, &travels.object_limit, &travels.needed_object})
     (*values)[slot] = 0.0;
   model.open.close_idle(slot, model.layout.first_solid[slot], [](SolidIndex) { return true; });
   for (SolidIndex i = model.layout.first_solid[slot]; i < model.layout.first_solid[slot + 1]; ++i)
-    for (std::vector<double>* values : {&travels.of_solid, &travels.solid_limit, &travels.imminent_solid,
+    for (GrowingList<double>* values : {&travels.of_solid, &travels.solid_limit, &travels.imminent_solid,
                                         &travels.last_solid, &travels.planned_solid, &travels.needed})
       (*values)[i] = 0.0;
   change_body(model, slot);
   place_solids(model, slot);
-}
-
-void lay_resting_paths(WorldModel& model) {
-  for (std::uint32_t slot = 0; slot < model.layout.slots(); ++slot)
-    model.paths[slot] = CarriedPath(RigidPath(model.objects[slot].X_WO), model.objects.poses_in_body());
 }
 
 }  // namespace touchstone

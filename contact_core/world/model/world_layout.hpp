@@ -23,7 +23,5 @@ void change_body(WorldModel& model, std::uint32_t slot);
 void place_solids(WorldModel& model, std::uint32_t slot);
 /// Takes up that the slot's object is new or was removed: it has not moved yet.
 void begin_object(WorldModel& model, std::uint32_t slot);
-/// Points paths to the poses in bodies, which may have moved in memory.
-void lay_resting_paths(WorldModel& model);
 
 }  // namespace touchstone

@@ -206,7 +206,7 @@ Impact impact_of(const WorldModel& model, NarrowphaseQuery& query, FramePair& pa
 
 std::uint32_t mover_of(const WorldModel& model, const SolidPair& pair) {
   const std::uint32_t a = model.root_of(pair.a), b = model.root_of(pair.b);
-  const std::vector<std::uint8_t>& in_motion = model.in_motion;
+  const GrowingList<std::uint8_t>& in_motion = model.in_motion;
   if (a == b) return a;
   const auto lead_of = [&](std::uint32_t root) {
     const Rides::Ride* ride = model.rides.find(root);
@@ -272,7 +272,7 @@ double apart_at_least(WorldModel& model, const WatchedPair& watch) {
     highest = std::max(highest, dot(n, a.vertex(i)));
     lowest = std::min(lowest, dot(n, b.vertex(i)));
   }
-  const std::vector<Hexahedron>& solids = model.layout.solids;
+  const GrowingList<Hexahedron>& solids = model.layout.solids;
   return (lowest - highest) - (solids[watch.a].radius() + solids[watch.b].radius());
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "touchstone/contact_core/geometry/norms.hpp"
+#include "touchstone/contact_core/memory/growing_list.hpp"
 #include "touchstone/contact_core/motion/narrowphase_query.hpp"
 #include "touchstone/contact_core/world/contact_world.hpp"
 #include "touchstone/contact_core/world/model/open_solids.hpp"
@@ -40,14 +41,14 @@ struct WorldModel {
   double furthest = 0.0;  // no object's origin has been further out since all was laid out [m]
   double largest_extent =
       0.0;  // no solid's sphere reached further from its object's origin, and a radius [m]
-  std::vector<CarriedPath> paths;            // by slot; a root's
-  std::vector<double> stops;                 // by slot; a root's
-  std::vector<std::uint8_t> in_motion;       // by slot; a root's
-  std::vector<Pose> from;                    // by solid; where one is closed (see open) as it stood then
-  std::vector<Pose> X_BS;                    // by solid, in its body; of mechanisms' solids
-  std::vector<std::uint32_t> root_of_solid;  // objects' own, which lie further apart in memory
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> members;  // (root, object by slot), sorted
-  std::vector<std::uint32_t> member_root;                        // by slot: its root in members, or none
+  GrowingList<CarriedPath> paths;            // by slot; a root's
+  GrowingList<double> stops;                 // by slot; a root's
+  GrowingList<std::uint8_t> in_motion;       // by slot; a root's
+  GrowingList<Pose> from;                    // by solid; where one is closed (see open) as it stood then
+  GrowingList<Pose> X_BS;                    // by solid, in its body; of mechanisms' solids
+  GrowingList<std::uint32_t> root_of_solid;  // objects' own, which lie further apart in memory
+  GrowingList<std::pair<std::uint32_t, std::uint32_t>> members;  // (root, object by slot), sorted
+  GrowingList<std::uint32_t> member_root;                        // by slot: its root in members, or none
   Rides rides;                                                   // by root
   OpenSolids open;                                               // of objects with levels
   Travels travels;

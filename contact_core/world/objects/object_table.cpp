@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/memory/reserve_more.hpp"
 
 namespace touchstone {
 namespace {
@@ -50,26 +51,10 @@ std::uint32_t ObjectTable::free_slot(const ObjectRecord& object) {
     if (fitting->second.empty()) free_slots_.erase(fitting);
     return slot;
   }
-  if (X_BO_.size() == X_BO_.capacity()) grow(2 * X_BO_.size() + 16);
   records_.emplace_back();
-  X_BO_.emplace_back();
-  X_CO_.emplace_back();
-  is_noted_.push_back(0);
+  resize_more(X_BO_, records_.size()), resize_more(X_CO_, records_.size());
+  resize_more(is_noted_, records_.size());
   return size() - 1;
-}
-
-void ObjectTable::reserve_more() {
-  const std::size_t count = X_BO_.size();
-  if (X_BO_.capacity() < 2 * count) grow(4 * count);
-}
-
-void ObjectTable::grow(std::size_t room) {
-  std::vector<Pose> larger;
-  larger.reserve(room);
-  larger.assign(X_BO_.begin(), X_BO_.end());
-  X_BO_before_.push_back(std::move(X_BO_));
-  X_BO_ = std::move(larger);
-  X_CO_.reserve(room), is_noted_.reserve(room);
 }
 
 ObjectHandle ObjectTable::add(ObjectDescription description) {
@@ -349,10 +334,10 @@ std::optional<SolidIndex> Layout::find(const Layout& other, SolidIndex solid) co
 }
 
 void Layout::reserve(std::size_t slots, std::size_t all_solids) {
-  handles.reserve(slots), trees.reserve(slots), is_static.reserve(slots), first_solid.reserve(slots + 1);
-  slot_of.reserve(all_solids), solids.reserve(all_solids), X_OS.reserve(all_solids);
-  levels.reserve(slots), proxy_trees.reserve(slots), first_proxy.reserve(slots + 1);
-  slot_of_proxy.reserve(all_solids);
+  reserve_more(handles, slots), reserve_more(trees, slots), reserve_more(is_static, slots);
+  reserve_more(slot_of, all_solids), reserve_more(solids, all_solids), reserve_more(X_OS, all_solids);
+  reserve_more(levels, slots), reserve_more(proxy_trees, slots), reserve_more(slot_of_proxy, all_solids);
+  reserve_more(first_solid, slots + 1), reserve_more(first_proxy, slots + 1);
 }
 
 void Layout::put(const ObjectTable& objects, std::uint32_t slot) {
@@ -360,6 +345,7 @@ void Layout::put(const ObjectTable& objects, std::uint32_t slot) {
   const std::vector<PlacedHexahedron>& placed = object.description.tree->solids();
   const HexahedronTree& proxies = object.levels ? object.levels->box() : *object.description.tree;
   if (slot == slots()) {
+    reserve(slots() + 1, solids.size() + placed.size());
     first_solid.push_back(first_solid.back() + static_cast<SolidIndex>(placed.size()));
     first_proxy.push_back(first_proxy.back() + static_cast<SolidIndex>(proxies.solids().size()));
     handles.emplace_back(), trees.emplace_back(), is_static.emplace_back();
@@ -381,7 +367,7 @@ Layout make_layout(const ObjectTable& objects) {
   std::size_t solids = 0;
   for (std::uint32_t slot = 0; slot < objects.size(); ++slot)
     solids += objects[slot].description.tree->solids().size();
-  out.reserve(2 * objects.size(), 2 * solids);  // those that come later find room
+  out.reserve(objects.size(), solids);
   out.first_solid.push_back(0), out.first_proxy.push_back(0);
   for (std::uint32_t slot = 0; slot < objects.size(); ++slot) out.put(objects, slot);
   return out;

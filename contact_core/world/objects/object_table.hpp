@@ -10,9 +10,10 @@
 #include <utility>
 #include <vector>
 
+#include "touchstone/contact_core/memory/growing_list.hpp"
+#include "touchstone/contact_core/memory/record_list.hpp"
 #include "touchstone/contact_core/world/contact_world.hpp"
 #include "touchstone/contact_core/world/objects/object_levels.hpp"
-#include "touchstone/contact_core/world/objects/record_list.hpp"
 
 namespace touchstone {
 
@@ -78,9 +79,6 @@ class ObjectTable {
   void latch(ObjectHandle carrier, ObjectHandle carried, std::span<const Exemption> allowed);
   void unlatch(ObjectHandle carried);
   void reset();
-  /// Room for as many again at least, so that lists do not grow where objects come one by one. The poses in
-  /// bodies may move in memory.
-  void reserve_more();
 
   const TableChanges& changes() const { return changes_; }
   /// The changes were taken up.
@@ -105,7 +103,7 @@ class ObjectTable {
   const ObjectRecord& operator[](std::uint32_t slot) const { return records_[slot]; }
   const std::set<SolidExemption>& exemptions() const { return exemptions_; }
   /// X_BO of each slot in its body; the identity for bodies.
-  std::span<const Pose> poses_in_body() const { return X_BO_; }
+  const GrowingList<Pose>& poses_in_body() const { return X_BO_; }
   /// Makes an object a link; `lead` stands for all links of its mechanism.
   void make_link(ObjectHandle object, std::uint32_t mechanism, std::uint32_t link, std::uint32_t lead);
   /// Removes a link, as remove() does an object.
@@ -124,7 +122,6 @@ class ObjectTable {
   void drop_exemption(const SolidExemption& exemption);
   void join_groups(std::uint32_t slot);
   std::uint32_t free_slot(const ObjectRecord& object);
-  void grow(std::size_t room);
   std::uint32_t group(std::string_view name);
   void check_latch(std::uint32_t carrier, std::uint32_t carried) const;
   void unlink(std::uint32_t carried);
@@ -134,31 +131,30 @@ class ObjectTable {
   std::map<std::string_view, std::uint32_t> slot_of_name_;  // names are the records' own; never hashed anew
   /// By the number of their solids, and whether they have levels.
   std::map<std::pair<std::size_t, bool>, std::set<std::uint32_t>> free_slots_;
-  std::vector<Pose> X_BO_;
-  std::vector<std::vector<Pose>> X_BO_before_;  // outgrown: paths may still look there
-  std::vector<Pose> X_CO_;                      // in the carrier, as latched
+  GrowingList<Pose> X_BO_;
+  GrowingList<Pose> X_CO_;  // in the carrier, as latched
   std::vector<std::string> group_names_;
   std::vector<std::vector<ObjectHandle>> group_members_;
   std::set<SolidExemption> exemptions_;
   TableChanges changes_;
-  std::vector<std::uint8_t> is_noted_;  // by slot: in which lists of changes_
+  GrowingList<std::uint8_t> is_noted_;  // by slot: in which lists of changes_
 };
 
 /// The objects flattened for the checks: solids counted through the objects in the order of their slots. One
 /// that went keeps its solids' indices until another with as many takes its slot: nothing else is renumbered.
 struct Layout {
-  std::vector<ObjectHandle> handles;    ///< by slot; none: it is gone
-  std::vector<SolidIndex> first_solid;  ///< by slot, and one more
-  std::vector<std::uint32_t> slot_of;   ///< by solid
-  std::vector<Hexahedron> solids;
-  std::vector<Pose> X_OS;
-  std::vector<const HexahedronTree*> trees;
-  std::vector<const ObjectLevels*> levels;  ///< by slot; null: none
+  GrowingList<ObjectHandle> handles;    ///< by slot; none: it is gone
+  GrowingList<SolidIndex> first_solid;  ///< by slot, and one more
+  GrowingList<std::uint32_t> slot_of;   ///< by solid
+  GrowingList<Hexahedron> solids;
+  GrowingList<Pose> X_OS;
+  GrowingList<const HexahedronTree*> trees;
+  GrowingList<const ObjectLevels*> levels;  ///< by slot; null: none
   // Broadphases see proxies: an object's hexahedra, or one box about an object with levels.
-  std::vector<const HexahedronTree*> proxy_trees;
-  std::vector<SolidIndex> first_proxy;       ///< by slot, and one more
-  std::vector<std::uint32_t> slot_of_proxy;  ///< by proxy
-  std::vector<std::uint8_t> is_static;
+  GrowingList<const HexahedronTree*> proxy_trees;
+  GrowingList<SolidIndex> first_proxy;       ///< by slot, and one more
+  GrowingList<std::uint32_t> slot_of_proxy;  ///< by proxy
+  GrowingList<std::uint8_t> is_static;
   std::vector<SolidPair> exempt;  ///< sorted; one as often as exemptions name it
 
   std::uint32_t slots() const { return static_cast<std::uint32_t>(handles.size()); }
@@ -173,6 +169,7 @@ struct Layout {
   }
   SolidIndex first_solid_of(SolidIndex solid) const { return first_solid[slot_of[solid]]; }
   ObjectHandle handle_of(SolidIndex solid) const { return handles[slot_of[solid]]; }
+  /// And for more, which come later.
   void reserve(std::size_t slots, std::size_t all_solids);
   /// Takes up the slot's object anew, or that it is gone. @pre the slot is laid out, or the next one.
   void put(const ObjectTable& objects, std::uint32_t slot);

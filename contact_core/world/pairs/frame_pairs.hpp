@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "touchstone/contact_core/memory/growing_list.hpp"
 #include "touchstone/contact_core/motion/impact.hpp"
 #include "touchstone/contact_core/world/contact_world.hpp"
 #include "touchstone/contact_core/world/pairs/pair_watch.hpp"
@@ -74,7 +75,7 @@ bool is_among(std::span<const Entry> entries, const SolidPair& pair) {
 
 /// Brings pairs into the order of their solids of which the first `known` are in it, and the others come in
 /// any. Allocates where there is no room for those once more.
-inline void merge_by_solids(std::vector<FramePair>& pairs, std::size_t known) {
+inline void merge_by_solids(GrowingList<FramePair>& pairs, std::size_t known) {
   const auto before = [](const FramePair& a, const FramePair& b) { return a.solids < b.solids; };
   const std::size_t count = pairs.size(), fresh = count - known;
   const auto middle = pairs.begin() + static_cast<std::ptrdiff_t>(known);

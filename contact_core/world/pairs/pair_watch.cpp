@@ -2,15 +2,16 @@
 
 #include <algorithm>
 
+#include "touchstone/contact_core/memory/reserve_more.hpp"
+
 namespace touchstone {
 
 void PairWatch::reserve(std::size_t pairs) {
-  pairs_.reserve(pairs), links_.reserve(2 * pairs), free_.reserve(pairs);
+  reserve_more(pairs_, pairs), reserve_more(links_, 2 * pairs), reserve_more(free_, pairs);
 }
 
 void PairWatch::set_solids(std::size_t solids) {
-  if (solids > first_.capacity()) first_.reserve(2 * solids);
-  first_.resize(solids, kNone);
+  if (solids != first_.size()) resize_more(first_, solids, kNone);
 }
 
 void PairWatch::clear() {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/contact_core/memory/growing_list.hpp"
 #include "touchstone/contact_core/narrowphase/narrowphase.hpp"
 
 namespace touchstone {
@@ -30,6 +31,7 @@ class PairWatch {
  public:
   static constexpr std::uint32_t kNone = 0xffffffff;
 
+  /// Makes room for this many, and more (reserve_more.hpp).
   void reserve(std::size_t pairs);
   std::size_t capacity() const { return pairs_.capacity(); }
   /// From now on solids below this may be named; those there are keep their pairs.
@@ -73,10 +75,10 @@ class PairWatch {
 
   static constexpr double kForever = kInfinity;
 
-  std::vector<WatchedPair> pairs_;
-  std::vector<Link> links_;           // by place
-  std::vector<std::uint32_t> first_;  // by solid: a place
-  std::vector<std::uint32_t> free_;   // indices
+  GrowingList<WatchedPair> pairs_;
+  GrowingList<Link> links_;           // by place
+  GrowingList<std::uint32_t> first_;  // by solid: a place
+  GrowingList<std::uint32_t> free_;   // indices
   std::uint32_t count_ = 0;
 };
 

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "touchstone/contact_core/memory/reserve_more.hpp"
 #include "touchstone/contact_core/world/objects/mechanism_mover.hpp"
 #include "touchstone/contact_core/world/objects/object_table.hpp"
 #include "touchstone/contact_core/world/selection.hpp"
@@ -56,7 +57,7 @@ class Selection {
 
   /// apply() then does not allocate while no more than kPairRoom pairs are off by themselves.
   void reserve(std::size_t objects) {
-    if (objects_off_.capacity() < objects) objects_off_.reserve(2 * objects);
+    reserve_more(objects_off_, objects);
     pairs_off_.reserve(std::min(kPairRoom, objects * objects / 2));
   }
   static constexpr std::size_t kPairRoom = 65536;

@@ -1,8 +1,8 @@
 #include <algorithm>
 
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/memory/reserve_more.hpp"
 #include "touchstone/contact_core/native/native.hpp"
-#include "touchstone/contact_core/world/model/reserve_more.hpp"
 #include "touchstone/contact_core/world/model/world_layout.hpp"
 #include "touchstone/contact_core/world/set_up/world_state.hpp"
 
@@ -46,10 +46,8 @@ void ContactWorld::State::build_all() {
   lanes.build(*narrowphase, *planner, next.solids.size());
   contact_log.renumber(layout, next);
   layout = std::move(next);
-  objects.reserve_more();
   take_room(true);
   // All objects are placed, and watching begins anew.
-  poses_in_body = objects.poses_in_body().data();
   place_all(*this);
   if (!watched.begin(*this, *broadphase))
     throw InputError("contact world: broadphase '" + std::string(broadphase->name()) +
@@ -68,9 +66,9 @@ void ContactWorld::State::take_room(bool anew) {
   movers.take_room(slots, anew);
   followers.take_room(slots, anew);
   watched.take_room(*this, anew);
-  finder.take_room(slots, solids, watched.pairs().capacity());
+  finder.take_room(slots, solids, watched.room());
   stop_resolver.take_room(slots, solids, anew);
-  slides.take_room(*this, watched.pairs().capacity(), lanes.count(), anew);
+  slides.take_room(*this, watched.room(), lanes.count(), anew);
   contact_log.take_room(solids);
   std::size_t values = 0;
   for (std::uint32_t i = 0; i < mechanisms.size(); ++i)
@@ -115,11 +113,6 @@ bool ContactWorld::State::take_up_changes() {
     if (!layout.is_alive(slot)) continue;
     change_body(*this, slot);
     watched.watch_anew(*this, slot);
-  }
-  // Paths refer to the poses in bodies: where these moved in memory, paths are laid again.
-  if (objects.poses_in_body().data() != poses_in_body) {
-    poses_in_body = objects.poses_in_body().data();
-    lay_resting_paths(*this);
   }
   objects.forget_changes();
   return true;

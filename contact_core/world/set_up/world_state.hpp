@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "touchstone/contact_core/memory/growing_list.hpp"
 #include "touchstone/contact_core/threads/thread_team.hpp"
 #include "touchstone/contact_core/world/frame/contact_log.hpp"
 #include "touchstone/contact_core/world/frame/executed_parts.hpp"
@@ -32,7 +33,6 @@ struct ContactWorld::State : WorldModel {
   // Taken up by prepare().
   std::unique_ptr<ThreadTeam> team;  // set_threads()'s; null: none
   FrameLanes lanes;
-  const Pose* poses_in_body = nullptr;  // where paths look for them
 
   // In the order in which a frame goes through them.
   std::uint64_t frame = 0;
@@ -47,11 +47,11 @@ struct ContactWorld::State : WorldModel {
   ContactLog contact_log;
 
   // From part to part of one frame.
-  std::vector<FramePair> pairs;  // that matter, by solids
+  GrowingList<FramePair> pairs;  // that matter, by solids
   MomentLog moments;
   std::vector<ContactEvent> events;
 
-  std::vector<Pose> answered_poses;  // by solid: solid_poses() of objects with levels
+  GrowingList<Pose> answered_poses;  // by solid: solid_poses() of objects with levels
 
   FrameScope scope() {
     return {*this,     *broadphase,   lanes,   watched, movers,

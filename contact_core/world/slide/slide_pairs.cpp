@@ -4,8 +4,8 @@
 #include <atomic>
 #include <tuple>
 
+#include "touchstone/contact_core/memory/reserve_more.hpp"
 #include "touchstone/contact_core/motion/clear_stretch.hpp"
-#include "touchstone/contact_core/world/model/reserve_more.hpp"
 #include "touchstone/contact_core/world/slide/slide_reach.hpp"
 
 namespace touchstone {
@@ -76,10 +76,10 @@ void SlidePairs::reserve(std::size_t slots, std::size_t solids, std::size_t mech
 }
 
 void SlidePairs::reserve_watched(std::size_t watched) {
-  met_.reserve(2 * watched), taken_in_.reserve(2 * watched);
-  pair_of_.reserve(watched), is_near_.reserve(watched), passed_on_.reserve(watched);
-  close_.reserve(watched), open_.reserve(watched), ahead_.reserve(watched);
-  unclear_.reserve(2 * watched), watches_.reserve(watched);
+  reserve_more(met_, 2 * watched), reserve_more(taken_in_, 2 * watched);
+  reserve_more(pair_of_, watched), reserve_more(is_near_, watched), reserve_more(passed_on_, watched);
+  reserve_more(close_, watched), reserve_more(open_, watched), reserve_more(ahead_, watched);
+  reserve_more(unclear_, 2 * watched), reserve_more(watches_, watched);
   impacts_.take_room_for_pairs(watched);
 }
 
@@ -508,7 +508,7 @@ void SlidePairs::note_held(const Slider& slider, std::uint32_t source) {
 }
 
 void merge_slide_pairs(WorldModel& model, PairWatch& watched, std::span<const ContactState> contacts,
-                       std::span<FramePair> met_pairs, std::vector<FramePair>& pairs) {
+                       std::span<FramePair> met_pairs, GrowingList<FramePair>& pairs) {
   const auto by_solids = [](const FramePair& a, const FramePair& b) { return a.solids < b.solids; };
   const std::size_t known = pairs.size();
   for (FramePair& met : met_pairs) {

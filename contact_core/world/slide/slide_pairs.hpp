@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "touchstone/contact_core/memory/growing_list.hpp"
 #include "touchstone/contact_core/motion/slide_rows.hpp"
 #include "touchstone/contact_core/world/frame/nearest_impacts.hpp"
 #include "touchstone/contact_core/world/model/frame_lanes.hpp"
@@ -109,13 +110,13 @@ class SlidePairs {
   template <class Visit>
   void for_each_of(const Slider& slider, Visit visit) const;
 
-  std::vector<FramePair> pairs_;          // those of the watched pairs that had to be looked at
+  GrowingList<FramePair> pairs_;          // those of the watched pairs that had to be looked at
   std::vector<std::uint32_t> met_;        // watched pairs of which a slider is part, by index; of two, twice
-  std::vector<std::uint32_t> pair_of_;    // by watched pair: index into pairs_, or kNone
-  std::vector<std::uint8_t> is_near_;     // by watched pair: in near_, within one plan
-  std::vector<std::uint64_t> passed_on_;  // by watched pair: it stays apart on an arm's path of this number
+  GrowingList<std::uint32_t> pair_of_;    // by watched pair: index into pairs_, or kNone
+  GrowingList<std::uint8_t> is_near_;     // by watched pair: in near_, within one plan
+  GrowingList<std::uint64_t> passed_on_;  // by watched pair: it stays apart on an arm's path of this number
   NearestImpacts impacts_;
-  std::vector<Range> ranges_;           // by root: each slider's in met_
+  GrowingList<Range> ranges_;           // by root: each slider's in met_
   std::vector<std::uint8_t> taken_in_;  // within take_in_all(); by place in met_, within take_in_reached()
   std::vector<HeldPair> held_;
   std::vector<NearPair> near_;
@@ -130,6 +131,6 @@ class SlidePairs {
 /// Takes up in a frame's pairs, which are sorted by solids, what slides looked at and is not known to be
 /// apart at their end. @param contacts as the frame began, sorted.
 void merge_slide_pairs(WorldModel& model, PairWatch& watched, std::span<const ContactState> contacts,
-                       std::span<FramePair> met_pairs, std::vector<FramePair>& pairs);
+                       std::span<FramePair> met_pairs, GrowingList<FramePair>& pairs);
 
 }  // namespace touchstone

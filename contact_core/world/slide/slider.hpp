@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "touchstone/contact_core/memory/growing_list.hpp"
 #include "touchstone/contact_core/motion/mass_metric.hpp"
 #include "touchstone/contact_core/motion/slide_rows.hpp"
 #include "touchstone/contact_core/world/contact_world.hpp"
@@ -61,7 +62,7 @@ struct Sliders {
   static constexpr std::uint32_t kNone = 0xffffffff;
 
   std::vector<Slider> list;             ///< ascending roots
-  std::vector<std::uint32_t> index_of;  ///< by slot: into list, or kNone
+  GrowingList<std::uint32_t> index_of;  ///< by slot: into list, or kNone
 
   /// Null: the root does not slide.
   Slider* find(std::uint32_t root) { return index_of[root] == kNone ? nullptr : &list[index_of[root]]; }

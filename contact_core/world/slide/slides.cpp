@@ -6,8 +6,8 @@
 #include <numbers>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/contact_core/memory/reserve_more.hpp"
 #include "touchstone/contact_core/world/frame/execution.hpp"
-#include "touchstone/contact_core/world/model/reserve_more.hpp"
 #include "touchstone/contact_core/world/slide/arm_hand.hpp"
 #include "touchstone/contact_core/world/slide/arm_plan.hpp"
 #include "touchstone/contact_core/world/slide/leading_paths.hpp"
@@ -117,7 +117,7 @@ void Slides::begin_object(const WorldModel& model, std::uint32_t slot) {
   }
 }
 
-void Slides::run(const FrameScope& scope, std::vector<FramePair>& pairs, FrameReport& report) {
+void Slides::run(const FrameScope& scope, GrowingList<FramePair>& pairs, FrameReport& report) {
   WorldModel& model = scope.model;
   MomentLog& moments = scope.moments;
   cut_off_.clear(), felt_.clear();

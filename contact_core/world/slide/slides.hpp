@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "touchstone/contact_core/memory/growing_list.hpp"
 #include "touchstone/contact_core/world/frame/frame_scope.hpp"
 #include "touchstone/contact_core/world/frame/stop_permits.hpp"
 #include "touchstone/contact_core/world/slide/hands.hpp"
@@ -35,7 +36,7 @@ class Slides {
 
   /// Once the commanded paths are executed, as part 0. @param pairs the frame's: what slides met and is not
   /// known to be apart at their end is added. @param report gets the figures of slides.
-  void run(const FrameScope& scope, std::vector<FramePair>& pairs, FrameReport& report);
+  void run(const FrameScope& scope, GrowingList<FramePair>& pairs, FrameReport& report);
 
  private:
   class ObstaclesOfArm;
@@ -90,13 +91,13 @@ class Slides {
   void report_feel(const WorldModel& model, FrameReport& report);
 
   StopPermits permits_;
-  std::vector<MassMoments> moments_;     // by solid, in its object
+  GrowingList<MassMoments> moments_;     // by solid, in its object
   std::vector<CarriedMoments> carried_;  // of the sliders' objects, sorted
   Sliders sliders_;
   SlidePairs pairs_;
   SlideMeter meter_;
   /// By root: pairs that stopped it on its commanded path, and where each root's are.
-  std::vector<FramePair> touching_;
+  GrowingList<FramePair> touching_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> touching_of_;  // (root, index into the frame's pairs)
   std::vector<SlideRow> rows_;                                        // of one plan
   std::vector<JointRow> joint_rows_;  // of an arm: rows_[i] in its joint values

@@ -21,6 +21,10 @@
 // time [us] over as many changes as take a second or two, 5 000 at most.
 //
 //   world_changes_benchmark [objects ...]        100, 1 000, 10 000 and 100 000 without arguments
+//   world_changes_benchmark --grow [objects [adds]]  the same of so many objects that come one by one, and
+//   then
+//                                                go: 10 000, until there are five times as many; and the
+//                                                slowest, by which it was
 //   world_changes_benchmark --movers [threads]   10 000 objects, 1 000 of them commanded to go 5 cm a frame,
 //   on
 //                                                one thread and on two (or so many): median, 99.9th
@@ -186,6 +190,63 @@ void measure_changes(int count) {
   measure_objects(scene);
 }
 
+/// What each change of a series takes, by its number: the least of several runs of the same world.
+class Series {
+ public:
+  Series(std::string name, int count) : name_(std::move(name)), least_(count, 1e9) {}
+
+  void measure(ContactWorld& world, const std::function<void(int)>& change) {
+    for (std::size_t i = 0; i < least_.size(); ++i) {
+      const double start = processor_us();
+      change(static_cast<int>(i));
+      world.frame({});
+      least_[i] = std::min(least_[i], processor_us() - start);
+    }
+  }
+  void print() const {
+    std::vector<std::pair<double, std::size_t>> times;
+    for (std::size_t i = 0; i < least_.size(); ++i) times.emplace_back(least_[i], i);
+    std::sort(times.begin(), times.end());
+    const auto at = [&](double share) {
+      return times[static_cast<std::size_t>(share * static_cast<double>(times.size() - 1))].first;
+    };
+    const auto slow =
+        std::count_if(times.begin(), times.end(), [](const auto& time) { return time.first > 50.0; });
+    std::printf("  %-20s %8.1f %8.1f %8.1f   %td of %zu above 50; slowest:", name_.c_str(), at(0.5),
+                at(0.999), at(1.0), slow, times.size());
+    for (std::size_t i = 1; i <= std::min<std::size_t>(5, times.size()); ++i)
+      std::printf(" %.0f (%zu)", times[times.size() - i].first, times[times.size() - i].second);
+    std::printf("\n");
+  }
+
+ private:
+  std::string name_;
+  std::vector<double> least_;
+};
+
+void measure_growth(int objects, int adds) {
+  constexpr int kRuns = 3;
+  Series add("add", adds), remove("remove", adds), again("add in their places", adds);
+  for (int run = 0; run < kRuns; ++run) {
+    Scene scene(objects);
+    ContactWorld& world = *scene.world;
+    scene.objects.reserve(static_cast<std::size_t>(objects + adds));  // this program's own list
+    for (int i = 0; i < 10; ++i) world.frame({});
+    const int side = static_cast<int>(std::ceil(std::cbrt(objects)));
+    const auto description = [&](int i) { return scene.description(objects + i, side, 1.4); };
+    add.measure(world, [&](int i) { scene.objects.push_back(world.add(description(i))); });
+    remove.measure(world, [&](int i) {
+      world.remove(scene.objects[static_cast<std::size_t>(objects + (i * 7919LL) % adds)]);
+    });
+    again.measure(world, [&](int i) {
+      scene.objects[static_cast<std::size_t>(objects + i)] = world.add(description(i));
+    });
+  }
+  std::printf("%d objects: a change and the next frame, each one's least of %d runs [us]\n", objects, kRuns);
+  std::printf("  %-20s %8s %8s %8s\n", "", "median", "99.9 %", "worst");
+  for (const Series* series : {&add, &remove, &again}) series->print();
+}
+
 /// A team that counts what its tasks take in all, on whichever thread: shared evenly between processors that
 /// do nothing else, that is the time they take.
 class TimedTeam final : public TaskRunner {
@@ -297,6 +358,11 @@ void measure_movers(std::size_t most_threads) {
 int main(int argc, char** argv) {
   if (argc > 1 && std::string(argv[1]) == "--movers") {
     touchstone::measure_movers(argc > 2 ? std::strtoul(argv[2], nullptr, 10) : 2);
+    return 0;
+  }
+  if (argc > 1 && std::string(argv[1]) == "--grow") {
+    const int objects = argc > 2 ? std::atoi(argv[2]) : 10000;
+    touchstone::measure_growth(objects, argc > 3 ? std::atoi(argv[3]) : 4 * objects);
     return 0;
   }
   std::vector<int> counts;

@@ -32,7 +32,7 @@ Hexahedron random_solid(Random& random, int kinds) {
 }
 
 template <class Record>
-void expect_same_bytes(const std::vector<Record>& p, const std::vector<Record>& q) {
+void expect_same_bytes(const GrowingList<Record>& p, const GrowingList<Record>& q) {
   ASSERT_EQ(p.size(), q.size());
   for (std::size_t i = 0; i < p.size(); ++i)
     EXPECT_EQ((std::bit_cast<std::array<std::byte, sizeof(Record)>>(p[i])),
@@ -76,7 +76,10 @@ TEST(SolidSet, ChangedInAnyOrderIsTheSetBuiltAtOnce) {
       const std::size_t first = random.below(static_cast<int>(solids.size()) + 1);
       std::vector<Hexahedron> fresh;
       for (int i = 1 + random.below(4); i > 0; --i) fresh.push_back(random_solid(random, change < 4 ? 1 : 3));
-      native::set_solids(changed, first, native::make_solid_set(fresh));
+      if (random.below(2) == 0)
+        native::set_solids(changed, first, native::make_solid_set(fresh));
+      else
+        native::set_solids(changed, first, std::span<const Hexahedron>(fresh));
       for (std::size_t i = 0; i < fresh.size(); ++i) {
         if (first + i < solids.size())
           solids[first + i] = fresh[i];
@@ -88,6 +91,12 @@ TEST(SolidSet, ChangedInAnyOrderIsTheSetBuiltAtOnce) {
       EXPECT_EQ(changed.ordinary, at_once.ordinary);
       expect_same_bytes(changed.boxes, at_once.boxes);
       expect_same_bytes(changed.vertices, at_once.vertices);
+      for (std::size_t i = 0; i < solids.size(); ++i) {
+        EXPECT_EQ(changed.solids[i].size, at_once.solids[i].size);
+        EXPECT_EQ(changed.solids[i].middle, at_once.solids[i].middle);
+        EXPECT_EQ(changed.solids[i].hull, changed.hulls[i].get());
+        EXPECT_EQ(changed.solids[i].hull->record.face_count, at_once.solids[i].hull->record.face_count);
+      }
       if (at_once.parallelepipeds.empty()) {
         // A set that has once held another solid keeps its records.
         ASSERT_TRUE(changed.parallelepipeds.empty() || changed.parallelepipeds.size() == solids.size());

@@ -70,10 +70,10 @@ struct CubesInARow {
     watched.lay_paths(model, movers.roots);
     if (watched.is_due()) watched.update(model, *broadphase);
   }
-  std::vector<FramePair> find(std::span<const ContactState> contacts = {}) {
+  GrowingList<FramePair> find(std::span<const ContactState> contacts = {}) {
     PairFinder finder;
     finder.take_room(cubes.size(), cubes.size(), watched.pairs().capacity());
-    std::vector<FramePair> pairs;
+    GrowingList<FramePair> pairs;
     candidates = finder.find({model, lanes, watched, movers}, contacts, pairs).candidates;
     return pairs;
   }
@@ -116,7 +116,7 @@ TEST(WatchedPairs, CountWhatIsGoneOnly) {
 
 TEST(WatchedPairs, GatherWhatMayMeet) {
   CubesInARow row({0, 1.75, 9});
-  std::vector<std::uint32_t> close, deferred;
+  GrowingList<std::uint32_t> close, deferred;
   row.command(std::array{row.go_by(0, 0.5)});
   row.watched.gather(row.model, row.movers, row.lanes, close, deferred);
   ASSERT_EQ(close.size(), 1u);
@@ -137,7 +137,7 @@ TEST(WatchedPairs, GatherWhatMayMeet) {
 // looked up.
 TEST(WatchedPairs, DeferWhatIsClearAtTheStart) {
   CubesInARow row({0, 1.75, 9});
-  std::vector<std::uint32_t> close, deferred;
+  GrowingList<std::uint32_t> close, deferred;
   row.command(std::array{row.go_by(0, 0.5)});
   row.watched.pairs()[row.watched.pairs().find({0, 1})].clear_until = 0.25;
   row.watched.gather(row.model, row.movers, row.lanes, close, deferred);
@@ -154,7 +154,7 @@ TEST(WatchedPairs, DeferWhatIsClearAtTheStart) {
 TEST(PairFinder, FindsWhenPairsMeet) {
   CubesInARow row({0, 1.75, 40});
   row.command(std::array{row.go_by(0, 1.0)});
-  const std::vector<FramePair> pairs = row.find();
+  const GrowingList<FramePair> pairs = row.find();
   EXPECT_EQ(row.candidates, 1u);
   ASSERT_EQ(pairs.size(), 1u);
   EXPECT_EQ(pairs[0].solids, (SolidPair{0, 1}));
@@ -169,7 +169,7 @@ TEST(PairFinder, TakesWhatTouchesFirst) {
     CubesInARow row({0, 1 + 0.75 * kGap, 2.1});
     row.command(std::array{row.go_by(0, 1.5)});
     const std::uint64_t before = row.lanes.calls();
-    const std::vector<FramePair> pairs = row.find(contacts);
+    const GrowingList<FramePair> pairs = row.find(contacts);
     EXPECT_FALSE(pairs.empty());
     if (pairs.empty()) return std::uint64_t{0};
     EXPECT_EQ(pairs[0].solids, (SolidPair{0, 1}));
@@ -186,7 +186,7 @@ struct Resolved {
   StopPermits permits;
   Followers followers;
   MomentLog moments;
-  std::vector<FramePair> pairs;
+  GrowingList<FramePair> pairs;
 
   explicit Resolved(CubesInARow& row) : pairs(row.find()) {
     const std::size_t count = row.cubes.size();
@@ -248,7 +248,7 @@ std::vector<EventKind> kinds_of(const std::vector<ContactEvent>& events) {
 
 TEST(ContactLog, TellsAContactFromItsBeginningToItsEnd) {
   CubesInARow row({0, 1.0 + 0.5 * kGap});
-  std::vector<FramePair> pairs{row.model.frame_pair({0, 1})};
+  GrowingList<FramePair> pairs{row.model.frame_pair({0, 1})};
   const MomentLog moments;
   ContactLog log;
   log.take_room(2);

@@ -383,7 +383,7 @@ struct Row {
     }
     model.stops.assign(count, 1.0), model.in_motion.assign(count, 0), model.rides.take_room(count, true);
     Travels& travels = model.travels;
-    for (std::vector<double>* values : {&travels.of_solid, &travels.solid_limit, &travels.imminent_solid,
+    for (GrowingList<double>* values : {&travels.of_solid, &travels.solid_limit, &travels.imminent_solid,
                                         &travels.last_solid, &travels.planned_solid, &travels.needed})
       values->assign(count, 0.0);
     travels.vertices.resize(count), travels.has_vertices.assign(count, 0);
