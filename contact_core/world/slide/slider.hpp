@@ -16,7 +16,9 @@ namespace touchstone {
 
 /// A sub-step that brings no slider closer to its goal by this share of its distance at first is the last.
 inline constexpr double kLeastGain = 0x1p-10;
-/// Except for kMostPoorSteps sub-steps of a slide that has gained less than this share so far.
+/// Except for kMostPoorSteps sub-steps of a slide that has gained less than this share so far. An arm's that
+/// gain at least half as much as the one before do not count: gains that shrink no faster come to as much
+/// again.
 inline constexpr double kHardlyBegun = 0x1p-6;
 inline constexpr int kMostPoorSteps = 4;
 /// A plan is executed where it gains at least this share of the initial distance.
@@ -37,9 +39,10 @@ struct Slider {
   Vector3 force_W = Vector3::Zero(), moment_W = Vector3::Zero();  ///< HandFeel's
   double start_distance;  ///< to the goal, when the slide began [m]; an arm's in its joint weights' metric
   double distance;        ///< now [m]
-  int poor_steps = 0;     ///< that gained less than kLeastGain
-  double trust = 1.0;     ///< share of what is left that the next sub-step plans for
-  bool pivots = false;    ///< it only advances: see pivot_path()
+  int poor_steps = 0;     ///< that gained less than kLeastGain, and less than half of the one before
+  double last_gain = std::numeric_limits<double>::infinity();  ///< of an arm's last sub-step [m]
+  double trust = 1.0;   ///< share of what is left that the next sub-step plans for
+  bool pivots = false;  ///< it only advances: see pivot_path()
   bool done = false;
   bool shoves = false;       ///< it goes on along its commanded path, with what it met: see shove.hpp
   bool follows = false;      ///< goes along with its leader

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/memory/reserve_more.hpp"
@@ -42,9 +43,10 @@ bool go_on_as_commanded(MechanismMover& arm) {
 /// By what its last sub-step gained. Where bends or an obstacle keep the first ones short, what comes after
 /// them may be worth more.
 bool is_worth_going_on(Slider& slider, double gain) {
+  const bool is_steady = slider.arm != nullptr && gain >= 0.5 * std::exchange(slider.last_gain, gain);
   if (gain >= kLeastGain * slider.start_distance) return true;
   const bool hardly_begun = slider.start_distance - slider.distance < kHardlyBegun * slider.start_distance;
-  return gain > 0.0 && hardly_begun && ++slider.poor_steps <= kMostPoorSteps;
+  return gain > 0.0 && hardly_begun && (is_steady || ++slider.poor_steps <= kMostPoorSteps);
 }
 
 /// A rigid body that turns, stopped by pairs that advance or slide, of which not all slide.
