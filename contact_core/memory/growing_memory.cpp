@@ -6,13 +6,12 @@
 #include <new>
 #include <utility>
 
-#if defined(__has_feature)
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define TOUCHSTONE_SANITIZED
+#elif defined(__has_feature)
 #if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) || __has_feature(memory_sanitizer)
 #define TOUCHSTONE_SANITIZED
 #endif
-#endif
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define TOUCHSTONE_SANITIZED
 #endif
 
 #if defined(__linux__) && !defined(TOUCHSTONE_SANITIZED)
@@ -23,11 +22,17 @@
 namespace touchstone {
 namespace {
 
-constexpr std::size_t kPage = 4096;  // at least: larger pages make turns that are less even
-constexpr std::size_t kLine = GrowingMemory::kMostAlignment;
 /// What operator new gives without being asked, which costs less.
 constexpr std::size_t kUsual = __STDCPP_DEFAULT_NEW_ALIGNMENT__;
 
+}  // namespace
+
+#ifdef TOUCHSTONE_MAPS_MEMORY
+
+namespace {
+
+constexpr std::size_t kPage = 4096;  // at least: larger pages make turns that are less even
+constexpr std::size_t kLine = GrowingMemory::kMostAlignment;
 /// Only how fast lists grow depends on it.
 std::size_t next_offset() {
   static std::atomic<std::uint32_t> count{0};
@@ -35,8 +40,6 @@ std::size_t next_offset() {
 }
 
 }  // namespace
-
-#ifdef TOUCHSTONE_MAPS_MEMORY
 
 struct GrowingMemory::Mapping {
   void* base = nullptr;
