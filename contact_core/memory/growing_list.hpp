@@ -128,6 +128,7 @@ class GrowingList {
   std::size_t size_ = 0, capacity_ = 0;
 };
 
+/// Erases the elements that is(element).
 template <class T, class Is>
 void erase_if(GrowingList<T>& list, Is is) {
   list.erase(std::remove_if(list.begin(), list.end(), is), list.end());

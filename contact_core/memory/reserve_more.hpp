@@ -23,6 +23,7 @@ void resize_more(List& list, std::size_t count) {
   reserve_more(list, count);
   list.resize(count);
 }
+/// The same with copies of a value.
 template <class List>
 void resize_more(List& list, std::size_t count, const typename List::value_type& value) {
   reserve_more(list, count);
