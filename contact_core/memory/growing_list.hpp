@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstring>
 #include <initializer_list>
 #include <iterator>
 #include <memory>
@@ -88,6 +89,7 @@ class GrowingList {
   void push_back(const T& value) { emplace_back(value); }
   template <class... Args>
   T& emplace_back(Args&&... args) {
+    if (sizeof...(Args) == 0) make_room(size_ + 1);
     if (size_ < capacity_) return *std::construct_at(data() + size_++, std::forward<Args>(args)...);
     T added(std::forward<Args>(args)...);  // before what they may refer to goes elsewhere
     make_room(size_ + 1);
@@ -101,9 +103,10 @@ class GrowingList {
     const std::ptrdiff_t at = place - data();
     const auto count = static_cast<std::size_t>(std::distance(first, last));
     make_room(size_ + count);
-    std::uninitialized_copy(first, last, end());
+    T* const gap = data() + at;
+    move_bits(gap, end(), gap + count);
+    std::uninitialized_copy(first, last, gap);
     size_ += count;
-    std::rotate(begin() + at, end() - count, end());
   }
   void insert(const T* place, const T& value) {
     const T copy = value;
@@ -111,8 +114,8 @@ class GrowingList {
   }
   void erase(const T* place) { erase(place, place + 1); }
   void erase(const T* first, const T* last) {
-    size_ = static_cast<std::size_t>(
-        std::move(begin() + (last - begin()), end(), begin() + (first - begin())) - begin());
+    move_bits(last, end(), begin() + (first - begin()));
+    size_ -= static_cast<std::size_t>(last - first);
   }
 
   friend bool operator==(const GrowingList& a, const GrowingList& b) {
@@ -120,6 +123,10 @@ class GrowingList {
   }
 
  private:
+  static void move_bits(const T* first, const T* last, T* to) {
+    if (first != last)
+      std::memmove(static_cast<void*>(to), first, static_cast<std::size_t>(last - first) * sizeof(T));
+  }
   void make_room(std::size_t count) {
     if (count > capacity_) reserve(std::max(count, 2 * capacity_ + 16));
   }
