@@ -26,7 +26,8 @@ class FclSweep final : public Sweep {
            const RigidPath& path_b) override {
     refuse_rounded({&a, 1}, "fcl");
     refuse_rounded({&b, 1}, "fcl");
-    a_ = make_shape(a), b_ = make_shape(b);
+    Shape shape_a = make_shape(a), shape_b = make_shape(b);  // both, or neither
+    a_ = std::move(shape_a), b_ = std::move(shape_b);
     path_a_ = &path_a, path_b_ = &path_b;
   }
   std::optional<double> impact() override { return sweep(*a_, *path_a_, *b_, *path_b_, setting_); }

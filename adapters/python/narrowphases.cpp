@@ -144,7 +144,8 @@ class Pairs {
 /// Most solids of a narrowphase, so that a sign tells what is out of range.
 constexpr std::size_t kMostSolids = std::size_t{1} << 31U;
 
-#if defined(__x86_64__) && defined(__GLIBC__)
+#if defined(__x86_64__) && defined(__GLIBC__) && !defined(__UCLIBC__) && defined(__GNUC__) && \
+    !defined(__clang__)
 // Chosen by the loader, on the base of the processor type too; whole numbers have the same bits everywhere.
 #define TOUCHSTONE_WIDEST __attribute__((target_clones("avx512f", "avx2", "default")))
 #else
@@ -245,10 +246,22 @@ class BuiltNarrowphase {
     return made;
   }
 
+  /// Of one thread, until its batch has ended, however that was.
+  class Writing {
+   public:
+    explicit Writing(Answers& answers) : answers_(answers) { answers_.is_written = true; }
+    ~Writing() { answers_.is_written = false; }
+    Writing(const Writing&) = delete;
+    Writing& operator=(const Writing&) = delete;
+
+   private:
+    Answers& answers_;
+  };
+
   void run(const NarrowphaseInput& input, Poses& poses, Answers& answers) {
     std::unique_ptr<Narrowphase::Workspace> workspace = take_workspace();
     const Poses::Reading reading(poses);
-    answers.is_written = true;
+    const Writing writing(answers);
     {
       const py::gil_scoped_release unlocked;
       std::unique_lock<std::mutex> alone(one_at_a_time_, std::defer_lock);
@@ -256,7 +269,6 @@ class BuiltNarrowphase {
       narrowphase_->evaluate(input, answers.output(), *workspace);
       answers.clear_unused_points();
     }
-    answers.is_written = false;
     free_.push_back(std::move(workspace));
   }
 

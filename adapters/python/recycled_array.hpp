@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <memory>
+#include <new>
 #include <type_traits>
 #include <vector>
 
@@ -37,13 +39,19 @@ class RecycledBytes {
 template <class T>
 class RecycledArray {
  public:
-  explicit RecycledArray(std::size_t count) : bytes_(count * sizeof(T)) {
+  /// @throws std::bad_alloc where there is no room.
+  explicit RecycledArray(std::size_t count) : bytes_(bytes_of(count)) {
     static_assert(std::is_trivially_destructible_v<T> && alignof(T) <= __STDCPP_DEFAULT_NEW_ALIGNMENT__);
     std::uninitialized_default_construct_n(get(), count);
   }
   T* get() const { return reinterpret_cast<T*>(bytes_.data()); }
 
  private:
+  static std::size_t bytes_of(std::size_t count) {
+    if (count > std::numeric_limits<std::size_t>::max() / sizeof(T)) throw std::bad_alloc();
+    return count * sizeof(T);
+  }
+
   RecycledBytes bytes_;
 };
 

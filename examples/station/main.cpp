@@ -39,9 +39,18 @@ SceneRobots robots_of(const StationOptions& options) {
   return robots;
 }
 
+/// @throws InputError: by name neither could be chosen, nor found by a replay.
+void refuse_equal_names(const std::vector<fs::path>& scripts) {
+  for (auto one = scripts.begin(); one != scripts.end(); ++one)
+    for (auto other = scripts.begin(); other != one; ++other)
+      if (one->stem() == other->stem())
+        throw InputError(one->string() + ": '" + other->string() + "' is a scene of the same name");
+}
+
 /// The bundled ones by name, `worksite` first; then the user's own, each instead of a bundled one of its
 /// name.
 StationScenes load_scenes(const StationOptions& options, const fs::path& folder) {
+  refuse_equal_names(options.scripts);
   const auto is_given = [&](const fs::path& file) {
     return std::any_of(options.scripts.begin(), options.scripts.end(),
                        [&](const fs::path& script) { return script.stem() == file.stem(); });

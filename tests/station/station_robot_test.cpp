@@ -120,7 +120,7 @@ TEST(StationRobot, MeetsTheBlockAndIsHeldThere) {
 TEST(StationMeshes, ThoseWithoutRoomAreNamedAndLeftToTheirHexahedra) {
   auto large = std::make_shared<TriangleMesh>();
   large->vertices = {Vector3(0, 0, 0), Vector3(1, 0, 0), Vector3(0, 1, 0)};
-  large->triangles.assign(kMostTriangles, {0, 1, 2});
+  large->triangles.assign(250'000, {0, 1, 2});
   auto small = std::make_shared<TriangleMesh>(*large);
   small->triangles.resize(1);
   const ObjectMeshes placed = place_meshes(

@@ -83,6 +83,9 @@ Entry& entry_of(const Json& results, const std::string& file, const Json& backen
                 BenchResults& into) {
   for (std::size_t e = first; e < into.entries.size(); ++e)
     if (into.entries[e].engine == backend.at("backend").get<std::string>()) return into.entries[e];
+  if (!backend.contains("sweep"))
+    throw InputError(file + ": path_sets name the backend '" + backend.at("backend").get<std::string>() +
+                     "', which `backends` lack");
   return add_entry(results, file, backend.at("backend"), backend.at("sweep"), into);
 }
 

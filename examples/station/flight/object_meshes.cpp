@@ -37,8 +37,10 @@ void append_corners(std::string& bytes, const ObjectMesh& part) {
     }
 }
 
-/// Beyond this floats of a page overflow where they are multiplied [m].
-constexpr double kFarthest = 1e15;
+bool is_near(const TriangleMesh& mesh) {
+  return std::all_of(mesh.vertices.begin(), mesh.vertices.end(),
+                     [](const Vector3& vertex) { return vertex.cwiseAbs().maxCoeff() <= kFarthestCorner; });
+}
 
 constexpr std::array<std::string_view, 4> kKeys = {"object", "mesh", "metres_per_unit", "up"};
 
@@ -63,11 +65,10 @@ ObjectMesh read_one(const json& from, const std::filesystem::path& folder, const
   if (from.contains("metres_per_unit")) options.metres_per_unit = from.at("metres_per_unit").get<double>();
   if (from.contains("up")) options.up = read_up(from.at("up"));
   const std::filesystem::path file = folder / from.at("mesh").get<std::string>();
-  if (!std::filesystem::exists(file)) return out;
+  std::error_code error;
+  if (!std::filesystem::exists(file, error)) return out;
   TriangleMesh mesh = load_mesh(file, options).mesh;
-  for (const Vector3& vertex : mesh.vertices)
-    if (!(vertex.cwiseAbs().maxCoeff() <= kFarthest))
-      throw InputError(file.string() + ": a vertex is further than 1e15 m from the origin");
+  if (!is_near(mesh)) throw InputError(file.string() + ": a vertex is further than 1e15 m from the origin");
   out.mesh = std::make_shared<const TriangleMesh>(std::move(mesh));
   return out;
 }
@@ -93,7 +94,9 @@ ObjectMeshes place_meshes(const std::vector<ObjectMesh>& meshes) {
     // An object's meshes are shown together or not at all.
     std::size_t triangles = 0;
     for (auto part = first; part != last; ++part) triangles += part->mesh->triangles.size();
-    if (out.triangles + triangles > kMostTriangles) {
+    const bool fits = out.triangles + triangles <= kMostTriangles &&
+                      std::all_of(first, last, [](const ObjectMesh& part) { return is_near(*part.mesh); });
+    if (!fits) {
       out.left_out.push_back(object);
     } else {
       out.objects.push_back(object);
@@ -115,11 +118,12 @@ ObjectMeshes place_meshes(const std::vector<ObjectMesh>& meshes) {
 std::vector<ObjectMesh> read_meshes(const std::filesystem::path& file, const training::Setting& setting,
                                     const std::function<void(const std::string&)>& on_missing) {
   std::vector<ObjectMesh> meshes;
-  if (!std::filesystem::exists(file)) return meshes;
+  std::error_code error;
+  if (!std::filesystem::exists(file, error)) return meshes;
   std::ifstream in(file);
   std::vector<std::uint32_t> listed;
   try {
-    if (!in || std::filesystem::is_directory(file)) throw InputError("cannot be read");
+    if (!in || std::filesystem::is_directory(file, error)) throw InputError("cannot be read");
     const json list = json::parse(in);
     if (!list.is_array()) throw InputError("is no list");
     for (const json& each : list) {

@@ -99,7 +99,12 @@ std::string flown_bits(const training::Arm& arm) {
     append(bits, joint.outer);
     append(bits, joint.X_PJ);
     append(bits, joint.axis_J);
-    for (const double limit : {joint.lower, joint.upper, joint.rate}) append(bits, limit);
+    for (const double limit : {joint.lower, joint.upper, joint.rate, joint.effort}) append(bits, limit);
+  }
+  for (const Mechanism::Link& link : mechanism.links()) {
+    append(bits, link.mass.mass);
+    append(bits, link.mass.centre_L);
+    append(bits, Pose{link.mass.inertia_L, link.mass.inertia_about_L});
   }
   const auto solids = static_cast<std::uint32_t>(mechanism.solids().size());
   for (std::uint32_t a = 0; a < solids; ++a)

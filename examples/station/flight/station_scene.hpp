@@ -49,8 +49,8 @@ struct StationScene {
   std::vector<StationTask> tasks;                   ///< at most kMostTasks
   std::vector<Tip> tips;                            ///< what the hand may fly, at least one
   std::shared_ptr<const StationDynamics> dynamics;  ///< null: the scene's file has no guarded dynamics
-  /// How far from the hand the main camera starts [m]; other cameras stand in proportion. Of a robot's file a
-  /// little more than it reaches, so that all of it is seen.
+  /// How far from the hand the main camera starts [m]; other cameras stand in proportion. Of a robot of
+  /// others twice its reach, but no more than of our arms.
   double view = kFarthestView;
   ObjectMeshes meshes;  ///< of the robot that is flown, where its file has some
 

@@ -22,7 +22,7 @@ export function aim(frame) {
   if (!station.framed) {
     station.framed = true;
     station.orbit.target = tip.position;
-    station.orbit.distance = station.scene.view || 5;  // records of before have none
+    station.orbit.distance = Math.max(0.2, station.scene.view || 5);  // records of before have none
     const ahead = turn(tip.rotation, [1, 0, 0]);
     if (Math.hypot(ahead[0], ahead[1]) > 0.2) station.orbit.azimuth = Math.atan2(ahead[1], ahead[0]) - 2.0;
   }

@@ -1,5 +1,6 @@
 // The time line: looks back, plays, saves flights and opens them again.
 
+import {ask} from './meshes.js';
 import {get, element, say} from './panels.js';
 import {readFrame} from './frames.js';
 import {Timeline} from './timeline.js';
@@ -51,7 +52,7 @@ export async function openFlight(file) {
 export async function openRecord() {
   if (station.hasOpenedRecord) return;
   station.hasOpenedRecord = true;
-  const response = await fetch('record.tsf');
+  const response = await ask('record.tsf');
   if (response.ok) await openFlight(response);
   else troubleBriefly('The record was not sent.');
 }

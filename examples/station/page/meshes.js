@@ -3,8 +3,6 @@
 import {get} from './panels.js';
 import {parts, station, live, redraw, troubleBriefly} from './state.js';
 
-const tries = 30;
-
 // Of what `/meshes/...` serves: [{object, corners}]. @throws Error where the bytes are no such thing.
 export function readMeshes(buffer) {
   const view = new DataView(buffer), out = [];
@@ -18,21 +16,20 @@ export function readMeshes(buffer) {
   return out;
 }
 
-// Those of the live scene, once they came; a flight that was opened is shown by its hexahedra.
+// Those of the scene that is shown, if they are those that came last.
 export function showMeshes() {
-  const {scene, list} = live.meshes, meshes = station.scene && station.scene === scene ? list : [];
+  const {path, list} = live.meshes, meshes = path && station.scene?.meshes?.path === path ? list : [];
   parts.renderer.setMeshes(meshes);
   get('meshes').hidden = !meshes.length;
   redraw();
 }
 
-// The station sends few large answers at a time.
-async function ask(path) {
-  const token = new URLSearchParams(location.search).get('token');
-  for (let left = tries; ; --left) {
+// The station sends few large answers at a time, each for half a minute at most.
+export async function ask(path, isWanted = () => true) {
+  const token = new URLSearchParams(location.search).get('token'), until = performance.now() + 120e3;
+  for (;;) {
     const answer = await fetch(`/${path}${token ? `?token=${encodeURIComponent(token)}` : ''}`);
-    if (answer.ok) return answer.arrayBuffer();
-    if (answer.status !== 503 || !left) throw new Error(`status ${answer.status}`);
+    if (answer.status !== 503 || performance.now() > until || !isWanted()) return answer;
     await new Promise(resolve => { setTimeout(resolve, 200 + 600 * Math.random()); });
   }
 }
@@ -40,9 +37,14 @@ async function ask(path) {
 export async function fetchMeshes(scene) {
   if (!scene.meshes) return;
   try {
-    const list = readMeshes(await ask(scene.meshes.path));
-    if (live.scene !== scene) return;
-    live.meshes = {scene, list};
+    // After a new connection the same scene comes again.
+    if (live.meshes.path !== scene.meshes.path) {
+      const answer = await ask(scene.meshes.path, () => live.scene === scene);
+      if (!answer.ok) throw new Error(`status ${answer.status}`);
+      const list = readMeshes(await answer.arrayBuffer());
+      if (live.scene !== scene) return;
+      live.meshes = {path: scene.meshes.path, list};
+    }
     showMeshes();
   } catch (fault) {
     if (live.scene === scene) troubleBriefly(`Meshes did not come (${fault.message}): their hexahedra are shown.`);

@@ -43,7 +43,7 @@ export class Orbit {
   get camera() {
     const flat = Math.cos(this.elevation);
     const eye = add(this.target, scale([flat * Math.cos(this.azimuth), flat * Math.sin(this.azimuth), Math.sin(this.elevation)], this.distance));
-    return {position: eye, rotation: lookAt(eye, this.target), fov: 0.75, near: Math.max(0.01, this.distance / 200), far: 60 * this.distance + 200};
+    return {position: eye, rotation: lookAt(eye, this.target), fov: 0.75, near: Math.min(this.distance / 10, Math.max(0.01, this.distance / 200)), far: 60 * this.distance + 200};
   }
 }
 

@@ -9,8 +9,8 @@ import {Timeline} from './timeline.js';
 export const station = {hello: null, scene: null, state: {}, frame: null, shown: 3, sideBySide: false, selected: -1, stages: null,
   screens: [], orbit: new Orbit(), mounted: [], mainCamera: -1, drawn: 0, broken: 0, ages: [], intervals: [], pending: []};
 // The station's last messages, whatever is shown: `station` has hello, scene and flight of what is, which may be looked back at.
-// `meshes`: of `meshes.scene`; they are no part of a scene, which is saved with a flight.
-export const live = {hello: null, scene: null, flight: new Timeline(), faults: [], meshes: {scene: null, list: []}};
+// `meshes`: that came last, by their path; they are no part of a scene, which is saved with a flight.
+export const live = {hello: null, scene: null, flight: new Timeline(), faults: [], meshes: {path: null, list: []}};
 station.flight = live.flight;
 
 // `link`, `hand`, `renderer`, `pace` and `picture` come with the page: station.js.
