@@ -118,12 +118,12 @@ ObjectMeshes place_meshes(const std::vector<ObjectMesh>& meshes) {
 std::vector<ObjectMesh> read_meshes(const std::filesystem::path& file, const training::Setting& setting,
                                     const std::function<void(const std::string&)>& on_missing) {
   std::vector<ObjectMesh> meshes;
-  std::error_code error;
-  if (!std::filesystem::exists(file, error)) return meshes;
+  std::error_code unknown;
+  if (!std::filesystem::exists(file, unknown)) return meshes;
   std::ifstream in(file);
   std::vector<std::uint32_t> listed;
   try {
-    if (!in || std::filesystem::is_directory(file, error)) throw InputError("cannot be read");
+    if (!in || std::filesystem::is_directory(file, unknown)) throw InputError("cannot be read");
     const json list = json::parse(in);
     if (!list.is_array()) throw InputError("is no list");
     for (const json& each : list) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "touchstone/contact_core/native/native.hpp"
+#include "touchstone/examples/program/options/shell_text.hpp"
 #include "touchstone/tests/benchmarks/pairs/cost_timing.hpp"
 #include "touchstone/tests/benchmarks/pairs/moving_pairs.hpp"
 #include "touchstone/tests/benchmarks/pairs/world_costs.hpp"
@@ -238,7 +239,8 @@ void print_worlds() {
 /// Runs that part in a process of its own: the choice of kernels, and memory, are a process's.
 void print_apart(const std::string& program, const std::string& part) {
   std::fflush(stdout);
-  if (std::system((program + " goals " + part).c_str()) != 0) std::printf("%s: not measured\n", part.c_str());
+  if (std::system((comparison::shell_word(program) + " goals " + part).c_str()) != 0)
+    std::printf("%s: not measured\n", part.c_str());
 }
 
 }  // namespace
