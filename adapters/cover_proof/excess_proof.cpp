@@ -78,9 +78,11 @@ std::optional<std::vector<std::uint32_t>> ExcessProof::met_by(const Tetrahedron&
 }
 
 // Groups of triangles that do not surely show a point their front, and of which a straight way from it passes
-// one at most from back to front. After the first of two it is in front of that one's plane, and before the
-// second behind the other's: not so where all of the second is behind the first, or all of the first in front
-// of the second.
+// one at most from back to front. Of two in turn: after the first it is in front of that one's plane, and
+// before the second behind the other's; not so where all of the second is behind the first, or all of the
+// first in front of the second. Of two at once: they lie in one plane, face alike and overlap there, as flush
+// walls of two shells do. (Other ways that pass two at once go through a line: each point of theirs has
+// others beside it to which the way does not.)
 std::size_t ExcessProof::groups_of_backs(const Vector3& from, const std::vector<std::uint32_t>& met) const {
   const auto excludes = [&](std::uint32_t first, std::uint32_t second) {
     return solid_.is_all_on(first, second, -1) || solid_.is_all_on(second, first, 1);
@@ -89,8 +91,9 @@ std::size_t ExcessProof::groups_of_backs(const Vector3& from, const std::vector<
   for (const std::uint32_t t : met) {
     if (solid_.is_before(t, from)) continue;
     const auto group = std::find_if(groups.begin(), groups.end(), [&](const auto& others) {
-      return std::all_of(others.begin(), others.end(),
-                         [&](std::uint32_t other) { return excludes(t, other) && excludes(other, t); });
+      return std::all_of(others.begin(), others.end(), [&](std::uint32_t other) {
+        return excludes(t, other) && excludes(other, t) && !solid_.may_be_passed_at_once(t, other);
+      });
     });
     if (group != groups.end())
       group->push_back(t);

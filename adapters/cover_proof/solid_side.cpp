@@ -1,5 +1,6 @@
 #include "touchstone/adapters/cover_proof/solid_side.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
@@ -75,9 +76,10 @@ int height_sign(const Point& a, const Point& b, const Point& c, const Point& p) 
 }
 
 // The sign of a sum of products from its terms' sizes, 0 where rounding may have turned it: 2^-48 of them
-// holds the dozen roundings on the way, and what underflows is left to integers.
+// holds the dozen roundings on the way. A product of two that underflows is off by 2^-1075, times a third
+// factor of at most 1e70: below 2^-840.
 int sure_sign(double value, double size) {
-  if (std::abs(value) <= 0x1p-48 * size + 0x1p-900) return 0;
+  if (std::abs(value) <= 0x1p-48 * size + 0x1p-800) return 0;
   return value > 0.0 ? 1 : -1;
 }
 
@@ -200,6 +202,39 @@ bool SolidSide::is_all_on(std::uint32_t plane, std::uint32_t triangle, int sign)
     if (height * sign < 0) return false;
   }
   return true;
+}
+
+namespace {
+
+// Whether an edge of the triangle, which turns as `facing` says, has all of the other one on its outer side
+// or on it.
+bool has_beside(const std::array<Point, 3>& triangle, const std::array<Point, 3>& other, int facing,
+                int axis) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Point &a = triangle[i], &b = triangle[(i + 1) % 3];
+    if (std::all_of(other.begin(), other.end(),
+                    [&](const Point& p) { return turn(a, b, p, axis) * facing <= 0; }))
+      return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+bool SolidSide::may_be_passed_at_once(std::uint32_t first, std::uint32_t second) const {
+  if (!is_all_on(first, second, 1) || !is_all_on(first, second, -1)) return false;
+  std::array<Point, 3> a, b;
+  for (int i = 0; i < 3; ++i) {
+    a[static_cast<std::size_t>(i)] = grid_.on_grid(boxes_.corner(first, i));
+    b[static_cast<std::size_t>(i)] = grid_.on_grid(boxes_.corner(second, i));
+  }
+  // They are seen along an axis along which both have an area.
+  for (int axis = 0; axis < 3; ++axis) {
+    const int facing = turn(a[0], a[1], a[2], axis), other = turn(b[0], b[1], b[2], axis);
+    if (facing == 0 || other == 0) continue;
+    return facing == other && !has_beside(a, b, facing, axis) && !has_beside(b, a, facing, axis);
+  }
+  return true;  // one has no area, and so no plane
 }
 
 bool SolidSide::is_inside(const Vector3& p, double clearance) const {

@@ -35,6 +35,9 @@ class SolidSide {
   /// Whether all of a triangle is on the side of another one's plane that `sign` names, 1: from which that
   /// one is counter-clockwise, or on the plane.
   bool is_all_on(std::uint32_t plane, std::uint32_t triangle, int sign) const;
+  /// False where no way but some through edges passes both triangles at one place and in one direction: they
+  /// are not in one plane, or face oppositely, or an edge of one has all of the other beside it.
+  bool may_be_passed_at_once(std::uint32_t first, std::uint32_t second) const;
 
  private:
   /// A triangle's part of the winding number; nothing where the ray meets an edge of it.

@@ -4,6 +4,10 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <optional>
+#include <span>
+#include <utility>
+
 #include "touchstone/contact_core/geometry/norms.hpp"
 
 namespace touchstone {
@@ -244,38 +248,117 @@ bool MeshDistance::all_near(const Bounds& box, double room, const Accepts& accep
   return true;
 }
 
-int MeshDistance::groups_of_backs(const Vector3& from, std::span<const Corners* const> met,
-                                  double room) const {
-  struct Back {
-    const Corners* triangle;
-    Vector3 normal;  // unit
-    int group;
-    double above(const Vector3& p) const { return dot(normal, p - triangle->a); }
+namespace {
+
+// A triangle and its plane, for what is surely on one side of it.
+struct Facing {
+  std::array<Vector3, 3> corners;
+  Vector3 normal;  // unit; zero: no area
+  double unsure;   // a height within this may have either sign [m]
+
+  double above(const Vector3& p) const { return dot(normal, p - corners[0]); }
+  bool has_corner(const Vector3& p) const { return p == corners[0] || p == corners[1] || p == corners[2]; }
+  // All of another triangle, some of it off the plane: corners that are this one's, too, are on it.
+  bool has_all(const Facing& other, double side) const {
+    bool is_off = false;
+    for (const Vector3& p : other.corners) {
+      if (has_corner(p)) continue;
+      if (!(side * above(p) > unsure)) return false;
+      is_off = true;
+    }
+    return is_off;
+  }
+};
+
+// Rounding turns the normal by some roundings of its edges' product over the area, and so moves the height.
+Facing facing_of(const std::array<Vector3, 3>& corners, double room) {
+  const Vector3 u = corners[1] - corners[0], v = corners[2] - corners[0], across = cross(u, v);
+  const double area = norm(across);
+  if (!(area > 0.0)) return {corners, Vector3::Zero(), 0.0};
+  return {corners, across / area, room * (1.0 + norm(u) * norm(v) / area)};
+}
+
+// The walks along a common edge are opposite, as of neighbours on one surface.
+bool share_an_edge(const Facing& one, const Facing& other) {
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t k = 0; k < 3; ++k)
+      if (one.corners[i] == other.corners[(k + 1) % 3] && one.corners[(i + 1) % 3] == other.corners[k])
+        return true;
+  return false;
+}
+
+// Both in one plane across an axis, exactly, where an edge of one surely has all of the other beside it.
+bool lie_beside_in_a_plane(const Facing& one, const Facing& other) {
+  const auto is_flat = [&](int axis) {
+    const double at = one.corners[0][axis];
+    const auto is_at = [&](const Vector3& p) { return p[axis] == at; };
+    return std::all_of(one.corners.begin(), one.corners.end(), is_at) &&
+           std::all_of(other.corners.begin(), other.corners.end(), is_at);
   };
-  const auto is_all = [room](const Back& of, const Corners& t, double side) {
-    return side * of.above(t.a) <= room && side * of.above(t.b) <= room && side * of.above(t.c) <= room;
+  int axis = 0;
+  while (axis < 3 && !is_flat(axis)) ++axis;
+  if (axis == 3) return false;
+  const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+  const auto is_beside = [&](const Facing& of, const Vector3& a, const Vector3& b, const Vector3& p) {
+    if (p == a || p == b) return true;
+    const double left = (b[u] - a[u]) * (p[v] - a[v]), right = (b[v] - a[v]) * (p[u] - a[u]);
+    // Two differences and a product each, and a difference: 4 roundings, with room.
+    return (of.normal[axis] > 0.0 ? right - left : left - right) >
+           0x1p-50 * (std::abs(left) + std::abs(right)) + 0x1p-1000;
   };
-  const auto excludes = [&](const Back& first, const Back& second) {
-    return is_all(first, *second.triangle, 1.0) || is_all(second, *first.triangle, -1.0);
-  };
-  std::vector<Back> backs;
-  int groups = 0;
-  for (const Corners* t : met) {
-    const Vector3 across = cross(t->b - t->a, t->c - t->a);
-    const double area = norm(across);
-    Back back{t, area > 0.0 ? Vector3(across / area) : Vector3(Vector3::Zero()), groups};
-    if (area > 0.0 && back.above(from) > room) continue;
-    // It joins the first group all of which it excludes; one without area none.
-    for (int group = 0; area > 0.0 && group < groups && back.group == groups; ++group)
-      if (std::all_of(backs.begin(), backs.end(), [&](const Back& other) {
-            return other.group != group || (excludes(back, other) && excludes(other, back));
+  const auto has_beside = [&](const Facing& of, const Facing& all) {
+    for (std::size_t i = 0; i < 3; ++i)
+      if (std::all_of(all.corners.begin(), all.corners.end(), [&](const Vector3& p) {
+            return is_beside(of, of.corners[i], of.corners[(i + 1) % 3], p);
           }))
-        back.group = group;
-    groups = std::max(groups, back.group + 1);
-    backs.push_back(back);
+        return true;
+    return false;
+  };
+  return has_beside(one, other) || has_beside(other, one);
+}
+
+// Whether no straight way passes both from back to front. Of neighbours at an edge the one has the other
+// behind it, or the other has the one in front, or both lie in one plane and beside each other; so it is
+// whichever way rounding turns them.
+bool exclude_each_other(const Facing& one, const Facing& other) {
+  if (share_an_edge(one, other) || lie_beside_in_a_plane(one, other)) return true;
+  const bool one_first = one.has_all(other, -1.0) || other.has_all(one, 1.0);
+  return one_first && (other.has_all(one, -1.0) || one.has_all(other, 1.0));
+}
+
+// Of triangles that do not surely show a point their front: each group has one at most that a straight way
+// from the point passes from back to front.
+int groups_of_backs(const Vector3& from, std::span<const Facing> met) {
+  constexpr std::size_t kMostBacks = 24;
+  std::array<std::pair<const Facing*, int>, kMostBacks> backs;
+  std::size_t count = 0;
+  int groups = 0;
+  for (const Facing& back : met) {
+    const bool has_area = back.normal != Vector3::Zero();
+    if (has_area && back.above(from) > back.unsure) continue;
+    // It joins the first group all of which it excludes; one without area none.
+    const auto fits = [&](int group) {
+      return std::all_of(
+          backs.begin(), backs.begin() + static_cast<std::ptrdiff_t>(count),
+          [&](const auto& other) { return other.second != group || exclude_each_other(back, *other.first); });
+    };
+    int joined = has_area ? 0 : groups;
+    while (joined < groups && !fits(joined)) ++joined;
+    groups = std::max(groups, joined + 1);
+    backs[count++] = {&back, joined};
   }
   return groups;
 }
+
+// Whether a point is so near to a triangle that rounding may count it on either side.
+bool may_be_on(const Facing& t, const Vector3& p) {
+  const Vector3 low = t.corners[0].cwiseMin(t.corners[1]).cwiseMin(t.corners[2]);
+  const Vector3 high = t.corners[0].cwiseMax(t.corners[1]).cwiseMax(t.corners[2]);
+  return std::abs(t.above(p)) <= t.unsure && (low - p).maxCoeff() <= t.unsure &&
+         (p - high).maxCoeff() <= t.unsure;
+}
+
+}  // namespace
 
 bool MeshDistance::is_solid(const std::array<Vector3, 4>& tetrahedron) const {
   constexpr std::size_t kMostMet = 24;  // of more triangles a part is looked at
@@ -283,20 +366,23 @@ bool MeshDistance::is_solid(const std::array<Vector3, 4>& tetrahedron) const {
   Bounds box;
   for (const Vector3& p : tetrahedron) box.add(p);
   const double room = 0x1p-46 * largest_coordinate_;
-  std::array<const Corners*, kMostMet> met{};
+  std::array<Facing, kMostMet> met;
   std::size_t count = 0;
   const bool are_few = all_near(box, room, [&](const Corners& t) {
     if (are_apart(tetrahedron, {t.a, t.b, t.c}, room)) return true;
     if (count == kMostMet) return false;
-    met[count++] = &t;
+    met[count++] = facing_of({t.a, t.b, t.c}, room);
     return true;
   });
   if (!are_few) return false;
-  // Its middle and its corners are asked in turn.
+  // Its middle and its corners are asked in turn, unless they are on a wall.
+  const std::span<const Facing> walls = std::span<const Facing>(met).first(count);
   const Vector3 middle = 0.25 * ((tetrahedron[0] + tetrahedron[1]) + (tetrahedron[2] + tetrahedron[3]));
   if (count == 0) return is_inside(middle);
   for (const Vector3& from : {middle, tetrahedron[0], tetrahedron[1], tetrahedron[2], tetrahedron[3]}) {
-    const int backs = groups_of_backs(from, std::span<const Corners* const>(met).first(count), room);
+    if (std::any_of(walls.begin(), walls.end(), [&](const Facing& wall) { return may_be_on(wall, from); }))
+      continue;
+    const int backs = groups_of_backs(from, walls);
     if (backs > kMostBacks) continue;
     const std::optional<int> winding = winding_about(from);
     if (winding && *winding > backs) return true;

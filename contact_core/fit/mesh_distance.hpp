@@ -65,7 +65,7 @@ class MeshDistance {
   /// On the straight way from a point of it to another the winding number falls by one at each triangle whose
   /// back the first one sees, at most once at each, and nowhere else. Of two such triangles the way meets one
   /// after the other only where the second one is in front of the first somewhere, and the first one behind
-  /// the second. So it is enough that the winding number is larger at one point than the number of groups of
+  /// the second; and both at once only where they overlap in one plane. So it is enough that the winding number is larger at one point than the number of groups of
   /// triangles that meet the tetrahedron, show that point their back, and of which the way meets one at most.
   bool is_solid(const std::array<Vector3, 4>& tetrahedron) const;
   /// Whether one flat wall, and nothing else, meets a box: every triangle that does is of a closed shell,
@@ -92,7 +92,6 @@ class MeshDistance {
   };
 
   Nearest nearest_within(const Vector3& p, Nearest known) const;
-  int groups_of_backs(const Vector3& from, std::span<const Corners* const> met, double room) const;
   template <class Accepts>
   bool all_near(const Bounds& box, double room, const Accepts& accepts) const;
   void split(std::uint32_t node, std::uint32_t begin, std::uint32_t end);

@@ -174,6 +174,36 @@ TEST(CoverProof, NoErrorIsProvenThatAPointExceeds) {
   }
 }
 
+// Flush walls of two shells are passed at once: a slot of 1 m behind them, in a claim of a twentieth.
+TEST(CoverProof, ASlotBehindFlushWallsIsSeen) {
+  TriangleMesh mesh = box_mesh({0, 0, 0}, {2.6, 4, 4});
+  append(mesh, box_mesh({1, 0, 0}, {2.6, 4, 4}));
+  append(mesh, box_mesh({0, 0, 0}, {4, 4, 1}));
+  append(mesh, box_mesh({3.6, 0, 0}, {4, 4, 4}));
+  EXPECT_FALSE(check_cover(mesh, claim_of({box_vertices({0, 0, 0}, {4, 4, 4})}, 0.05)).is_proven);
+  EXPECT_TRUE(check_cover(mesh, claim_of({box_vertices({0, 0, 0}, {4, 4, 4})}, 0.51)).is_proven);
+}
+
+// Blocks on a grid, some of them twice, in a block that has a slot: the claim is half of the slot's depth
+// less.
+TEST(CoverProof, NoErrorIsProvenThatAPointBetweenWallsOnAGridExceeds) {
+  std::mt19937_64 engine(27182);
+  const auto step = [&](unsigned most) { return 0.25 * static_cast<double>(1 + engine() % most); };
+  for (int round = 0; round < 40; ++round) {
+    const double from = 1.0 + step(6), to = from + 0.5;
+    TriangleMesh mesh = box_mesh({0, 0, 0}, {from, 4, 4});
+    append(mesh, box_mesh({to, 0, 0}, {4, 4, 4}));
+    append(mesh, box_mesh({0, 0, 0}, {4, 4, step(4)}));
+    for (int i = 0; i < 4; ++i) {
+      const double low = step(3), high = i % 2 == 0 ? from : low + 0.25;
+      append(mesh, box_mesh({low, 0, 0}, {high, 2 + step(8), 4}));
+      if (i == 0) append(mesh, box_mesh({low, 0, 0}, {high, 4, 4}));
+    }
+    const CoverClaim claim = claim_of({box_vertices({0, 0, 0}, {4, 4, 4})}, 0.2);
+    EXPECT_FALSE(check_cover(mesh, claim, 100000).is_proven) << round;
+  }
+}
+
 TEST(CoverProof, ATriangleWithoutAreaIsASegment) {
   TriangleMesh mesh{{Vector3(0, 0, 0), Vector3(1, 0, 0), Vector3(2, 0, 0)}, {{0, 1, 2}}};
   const std::array<Vector3, 8> left = box_vertices({-0.1, -0.1, -0.1}, {1, 0.1, 0.1});

@@ -117,6 +117,57 @@ TEST(MeshDistance, ATetrahedronAcrossInnerWallsIsSolid) {
   EXPECT_GT(solid, 1000U);
 }
 
+// Flush walls of two shells are passed at once: the point behind both is in two shells, and that before them
+// in none.
+TEST(MeshDistance, ATetrahedronAcrossFlushWallsIsNotSolid) {
+  TriangleMesh flush = box_mesh({0, 0, 0}, {2.6, 4, 4});
+  append(flush, box_mesh({1, 0, 0}, {2.6, 4, 4}));
+  const std::array<Vector3, 4> across = {Vector3(2, 2, 2), {3.2, 2, 2}, {2, 2.5, 2}, {2, 2, 2.5}};
+  EXPECT_FALSE(MeshDistance(weld(flush)).is_solid(across));
+  TriangleMesh twice = box_mesh({0, 0, 0}, {2.6, 4, 4});
+  append(twice, box_mesh({0, 0, 0}, {2.6, 4, 4}));
+  EXPECT_FALSE(MeshDistance(weld(twice)).is_solid(across));
+  // A face of many triangles is one wall still.
+  TriangleMesh behind = box_mesh({0, 0, 0}, {4, 4, 4});
+  append(behind, box_mesh({1, 0, 0}, {2.6, 4, 4}));
+  EXPECT_TRUE(MeshDistance(weld(behind)).is_solid(across));
+}
+
+// Blocks on a grid, some of them twice: many walls are flush.
+TEST(MeshDistance, ATetrahedronAcrossWallsOnAGridIsSolidOnlyWhereAllOfItIs) {
+  std::mt19937_64 engine(161803);
+  const auto next = [&] { return static_cast<double>(engine() >> 11) * 0x1p-53; };
+  const auto step = [&](int most) {
+    return 0.25 * static_cast<double>(1 + engine() % static_cast<unsigned>(most));
+  };
+  std::size_t solid = 0;
+  for (int round = 0; round < 60; ++round) {
+    TriangleMesh blocks;
+    for (int i = 0; i < 6; ++i) {
+      const Vector3 low(step(4), step(4), step(4)), size(step(5), step(5), step(5));
+      TriangleMesh block = box_mesh(low, low + size);
+      if (i == 5 && round % 3 == 0)
+        for (auto& t : block.triangles) std::swap(t[1], t[2]);
+      append(blocks, block);
+      if (i % 3 == 0) append(blocks, block);
+    }
+    const MeshDistance some(weld(blocks));
+    for (int i = 0; i < 500; ++i) {
+      const Vector3 at(2.5 * next(), 2.5 * next(), 2.5 * next());
+      std::array<Vector3, 4> t;
+      for (Vector3& p : t) p = at + 0.8 * Vector3(next() - 0.5, next() - 0.5, next() - 0.5);
+      if (!some.is_solid(t)) continue;
+      ++solid;
+      for (int k = 0; k < 60; ++k) {
+        std::array<double, 4> w = {next(), next(), next(), next()};
+        const double sum = w[0] + w[1] + w[2] + w[3];
+        ASSERT_TRUE(some.is_inside((w[0] * t[0] + w[1] * t[1] + w[2] * t[2] + w[3] * t[3]) / sum)) << round;
+      }
+    }
+  }
+  EXPECT_GT(solid, 1000U);
+}
+
 TEST(Excess, IsTheLargestDistanceNotOnlyOnTheSurface) {
   const MeshDistance box(weld(box_mesh({0, 0, 0}, {2, 2, 2})));
   const ExcessBound larger = bound_excess(box, box_vertices({-0.5, 0, 0}, {2, 2, 2.25}), 1e-3);
