@@ -152,7 +152,7 @@ TEST(MeshDistance, ATetrahedronAcrossWallsOnAGridIsSolidOnlyWhereAllOfItIs) {
       if (i % 3 == 0) append(blocks, block);
     }
     const MeshDistance some(weld(blocks));
-    for (int i = 0; i < 500; ++i) {
+    for (int i = 0; i < 2500; ++i) {
       const Vector3 at(2.5 * next(), 2.5 * next(), 2.5 * next());
       std::array<Vector3, 4> t;
       for (Vector3& p : t) p = at + 0.8 * Vector3(next() - 0.5, next() - 0.5, next() - 0.5);
