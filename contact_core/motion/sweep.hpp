@@ -7,7 +7,7 @@
 
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/hexahedron.hpp"
-#include "touchstone/contact_core/geometry/norms.hpp"
+#include "touchstone/contact_core/geometry/vector.hpp"
 #include "touchstone/contact_core/motion/path.hpp"
 
 namespace touchstone {

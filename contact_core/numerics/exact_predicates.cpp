@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "touchstone/contact_core/geometry/difference_determinant.hpp"
+#include "touchstone/contact_core/numerics/exact_pair.hpp"
 #include "touchstone/contact_core/numerics/flat_hulls.hpp"
 #include "touchstone/contact_core/numerics/projection_filter.hpp"
 #include "touchstone/contact_core/numerics/vertex_hull.hpp"

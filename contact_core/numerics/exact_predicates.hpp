@@ -1,13 +1,14 @@
 #pragma once
 
 #include "touchstone/contact_core/geometry/hexahedron.hpp"
-#include "touchstone/contact_core/numerics/exact_pair.hpp"
 
 /// @file
 /// Decided exactly, for every finite double input (denormals to 1e308, mixed freely). No heap, no
 /// state: any thread may call at any time.
 
 namespace touchstone::numerics {
+
+struct ExactPair;
 
 /// True when the convex hulls of the two vertex sets have a point in common (closed sets: touching counts).
 /// Any rank is legal: rounding may flatten a hull to a polygon, a segment or a point.

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "pair_generators.hpp"
+#include "touchstone/contact_core/numerics/exact_pair.hpp"
 #include "touchstone/contact_core/numerics/exact_predicates.hpp"
 
 namespace touchstone::numerics {

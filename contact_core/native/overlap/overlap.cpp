@@ -15,6 +15,7 @@
 #include "touchstone/contact_core/native/overlap/gjk.hpp"
 #include "touchstone/contact_core/native/overlap/mpr.hpp"
 #include "touchstone/contact_core/native/overlap/parallelepiped_overlap.hpp"
+#include "touchstone/contact_core/numerics/exact_pair.hpp"
 #include "touchstone/contact_core/numerics/exact_predicates.hpp"
 #include "touchstone/contact_core/numerics/triangle_predicate.hpp"
 

@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "touchstone/contact_core/native/overlap/flush_hulls.hpp"
+#include "touchstone/contact_core/numerics/exact_pair.hpp"
 #include "touchstone/contact_core/numerics/exact_predicates.hpp"
 #include "touchstone/tests/native/native_fixture.hpp"
 
