@@ -8,9 +8,6 @@
 namespace touchstone::physics::stepping {
 namespace {
 
-// The least speed of parting [m/s]: the last of an overlap would else take step after step.
-constexpr double kLeastPartingSpeed = 1e-3;
-
 /// Two directions at right angles to n and each other.
 void tangents(const Vector3& n, Vector3& t1, Vector3& t2) {
   int least = 0;

@@ -10,6 +10,11 @@
 
 namespace touchstone::physics::stepping {
 
+/// The least speed of parting [m/s]: the last of an overlap would else take step after step.
+inline constexpr double kLeastPartingSpeed = 1e-3;
+/// Of the fastest parting: a point that moved by this share less than wanted is still parting.
+inline constexpr double kShareOfParting = 1e-2;
+
 /// The same for all groups of a step.
 struct StepContext {
   const DynamicsWorld::Settings& settings;

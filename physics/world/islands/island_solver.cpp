@@ -46,6 +46,7 @@ constexpr int kLeastSoftSteps = 4, kMostSoftSteps = 16, kSoftContacts = 256;
 // commands, or an unsolved one without, makes it kMostPressedOut times as fast: it would be pressed out of a
 // wedge that narrow.
 // Among masses of up to kUnlike to 1 kMostDriven is 1: of others the passive answer lets heavy ones press on.
+// What a mechanism's contacts meet of its inertia is not known here: it counts as unlike.
 constexpr double kMostDriven = 2.0, kMostPressedOut = 10.0, kUnlike = 4.0;
 constexpr int kMostPassiveSteps = 12;
 
@@ -71,7 +72,27 @@ void count(const SolveReport& of, SolveReport& to) {
   to.newton_steps += of.newton_steps;
 }
 
+/// Of a group's velocities while its overlap is parted [m/s]: what moves by the contact gap in a step. But
+/// ContactSolver finds no less than its tolerance: less would be sought in every step. And a residual r
+/// deepens overlap by r h in a step, of which parting takes the slowest speed times h back: it is a hundredth
+/// of that at most, what parting itself leaves.
+double parted_tolerance(const StepContext& step) {
+  const DynamicsWorld::Settings& settings = step.settings;
+  const double slowest = std::min(kLeastPartingSpeed, settings.part_speed);
+  return std::max(settings.solver.tolerance,
+                  std::min(settings.contact_gap / step.h, kShareOfParting * slowest));
+}
+
 }  // namespace
+
+double most_driven(std::span<const std::uint32_t> units, const ContactRows& rows) {
+  double lightest = kInfinity, heaviest = 0.0;
+  for (const std::uint32_t unit : units) {
+    lightest = std::min(lightest, rows.units[unit].mass);
+    heaviest = std::max(heaviest, rows.units[unit].mass);
+  }
+  return lightest > 0.0 && heaviest <= kUnlike * lightest ? 1.0 : kMostDriven;
+}
 
 IslandSolver::IslandSolver(const ContactSolver::Settings& settings) : solver_(with_polish(settings)) {}
 
@@ -256,12 +277,7 @@ double IslandSolver::allowed_speed(const Island& island, const ContactRows& rows
   const double before = most_speed(island, rows.b);
   if (commanded == 0.0) return is_solved || is_soft ? kInfinity : kMostPressedOut * before;
   if (is_solved) return kMostPressedOut * std::max(before, commanded);
-  double lightest = kInfinity, heaviest = 0.0;
-  for (const std::uint32_t member : islands_.units_of(island)) {
-    lightest = std::min(lightest, rows.units[member].mass);
-    heaviest = std::max(heaviest, rows.units[member].mass);
-  }
-  return std::max(before, (heaviest <= kUnlike * lightest ? 1.0 : kMostDriven) * commanded);
+  return std::max(before, most_driven(islands_.units_of(island), rows) * commanded);
 }
 
 /// Impulses of contacts that contradict each other, or that no solve has found, may shoot out a light body
@@ -454,7 +470,7 @@ bool IslandSolver::is_squeezed(const Island& island, const ContactRows& rows, co
 /// Of an island's residual [m/s].
 double IslandSolver::tolerance_of(const Island& island, bool is_exact, const ContactRows& rows,
                                   const StepContext& step) const {
-  const double exact = step.is_parted ? step.settings.contact_gap / step.h : step.settings.solver.tolerance;
+  const double exact = step.is_parted ? parted_tolerance(step) : step.settings.solver.tolerance;
   if (!step.is_bounded() || is_exact) return exact;
   double speed = 0.0;
   for (const std::size_t block : islands_.blocks_of(island)) {
@@ -465,7 +481,8 @@ double IslandSolver::tolerance_of(const Island& island, bool is_exact, const Con
     for (std::size_t i = first; i < first + (is_contact ? 3 : 1); ++i)
       speed = std::max(speed, std::abs(rows.b[i]));
   }
-  return std::max({exact, kShareOfGap * step.settings.contact_gap / step.h, kShareOfSpeed * speed});
+  const double share_of_gap = step.is_parted ? 0.0 : kShareOfGap * step.settings.contact_gap / step.h;
+  return std::max({exact, share_of_gap, kShareOfSpeed * speed});
 }
 
 /// The step ends here; the first that the island would move is named.

@@ -13,6 +13,10 @@
 
 namespace touchstone::physics::stepping {
 
+/// Times what is commanded: the fastest that an unsolved island of these units may make anything. 1 among
+/// bodies of alike masses, else more.
+double most_driven(std::span<const std::uint32_t> units, const ContactRows& rows);
+
 /// Solves islands one by one: the last step's impulses where they hold, else ContactSolver for small islands
 /// and ConvexContacts for larger ones and for those that ContactSolver leaves. Keeps, by unit, what it found
 /// out about their islands in earlier steps. Owns its memory.

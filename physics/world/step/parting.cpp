@@ -9,8 +9,6 @@
 namespace touchstone::physics::stepping {
 namespace {
 
-// Of the fastest parting: a point that moved by this share less than wanted is still parting.
-constexpr double kShareOfParting = 1e-2;
 // Of the contact gap: less overlap than this is left, or parting would stir what rests.
 constexpr double kLeftAlone = 1e5;
 // How long the parting of what is_deep() takes [s]. A tenth makes 5 mm of the usual speed: what arrives

@@ -89,8 +89,9 @@ struct Solver {
   DynamicsWorld::Settings settings;
   IslandSolver solver{settings.solver};
 
-  StepReport solve(ContactRows& rows) {
-    StepContext step{settings, kStep, {}};
+  StepReport solve(ContactRows& rows, double h = kStep, bool is_parted = false) {
+    StepContext step{settings, h, {}};
+    step.is_parted = is_parted;
     solver.keep(rows.units.size());
     solver.solve(rows, step);
     return step.report;
@@ -231,6 +232,56 @@ TEST(IslandSolver, NarrowWedgesShootNothingOut) {
         EXPECT_NEAR(speed, 3.0, 1e-8) << slope;
     }
   }
+}
+
+/// What ContactSolver cannot find is not sought.
+TEST(IslandSolver, PartedIslandsAreSolvedNoBetterThanTheToleranceHoweverSmallTheGap) {
+  Rows group;
+  for (int i = 0; i < 2; ++i) group.stand(kNoUnit, group.add_cube(1.0), kFallen, 0.5);
+  Solver solver;
+  solver.settings.contact_gap = 1e-14;  // a step moves it by 1e-12 m/s
+  EXPECT_EQ(solver.solve(group.rows, kStep, true).unconverged, 0u);
+  int solved = 0;
+  for (int i = 0; i < 16; ++i) {
+    for (std::size_t c = 0; c < group.rows.contacts.size(); ++c)
+      group.rows.b[3 * c] += i % 2 == 0 ? 2e-11 : -2e-11;
+    const StepReport report = solver.solve(group.rows, kStep, true);
+    EXPECT_EQ(report.unconverged, 0u);
+    solved += report.newton_steps > 0 || report.sweeps > 0 ? 1 : 0;
+  }
+  EXPECT_LE(solved, 4);
+}
+
+TEST(IslandSolver, PartedIslandsAreSolvedHoweverShortTheStep) {
+  for (const int height : {1, 8}) {  // by ContactSolver; by ConvexContacts
+    Rows group;
+    group.add_cube(1.0);  // alone: what rests with the first unit is solved anew at once
+    std::uint32_t below = kNoUnit;
+    for (int i = 0; i < height; ++i) {
+      const std::uint32_t cube = group.add_cube(1.0);
+      group.stand(below, cube, below == kNoUnit ? Vector3(0, 0, -0.05) : Vector3::Zero(), 0.5);
+      below = cube;
+    }
+    Solver solver;  // within 1e-9 s the gap of 1e-9 m is moved through by 1 m/s
+    EXPECT_EQ(solver.solve(group.rows, 1e-9, true).unconverged, 0u);
+    double worst = 0.0;
+    for (const double u : group.rows.u) worst = std::max(worst, std::abs(u));
+    EXPECT_LT(worst, 1e-4) << height;  // 1e-5, in another norm
+  }
+}
+
+/// Nothing is known of the masses of mechanisms.
+TEST(IslandSolver, BodiesAloneOfAlikeMassesAreHeldToWhatIsCommanded) {
+  Rows group;
+  const std::uint32_t light = group.add_cube(1.0), alike = group.add_cube(4.0), heavy = group.add_cube(5.0);
+  group.add_drive(1.0, 0.0, 1.0);
+  const std::uint32_t arm = heavy + 1;
+  const auto factor = [&](std::vector<std::uint32_t> units) { return most_driven(units, group.rows); };
+  EXPECT_EQ(factor({light, alike}), 1.0);
+  EXPECT_EQ(factor({heavy}), 1.0);
+  EXPECT_EQ(factor({light, heavy}), 2.0);
+  EXPECT_EQ(factor({arm}), 2.0);
+  EXPECT_EQ(factor({arm, light}), 2.0);
 }
 
 TEST(IslandSolver, TheBodyOfFiguresThatAreNotFiniteIsNamed) {
