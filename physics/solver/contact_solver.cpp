@@ -119,7 +119,7 @@ bool ContactSolver::sweep_and_polish(int tries) {
 bool ContactSolver::descend(int steps, bool with_line_search, WorkBudget* budget) {
   sweep(settings_.sweeps);
   bool done = keep_better(residual_of(y_));
-  work_ += static_cast<double>(settings_.sweeps + 1) * scaled_.work();
+  work_ += sweeping_work();
   int idle = 0;  // steps since the last that found something better
   for (int i = 0; i < steps && !done && !(budget != nullptr && (budget->is_spent() || idle == kMostIdle));
        ++i) {
@@ -201,6 +201,22 @@ bool ContactSolver::try_round(int round) {
   return follow_path(start_);
 }
 
+/// What is solved already, once more.
+void ContactSolver::improve(WorkBudget* budget) {
+  // One more step pays: it converges quadratically, and a steady state is then held by the same impulses for
+  // a long time. Each solve has it, whatever the work that is left: it is not counted.
+  rho_ = 1.0;
+  y_ = best_;
+  const double before = report_.residual;
+  keep_better(newton(false));
+  if (report_.residual < before || before <= 0.0) return;
+  // Of contacts that touch without a force it may find nothing better, where sweeps do.
+  y_ = best_;
+  sweep(settings_.sweeps);
+  keep_better(residual_of(y_));
+  if (budget != nullptr) budget->spend(sweeping_work());
+}
+
 SolveReport ContactSolver::solve(const ContactProblem& problem, std::span<double> x, WorkBudget* budget) {
   // The start is kept as the best so far, zero impulses where it is not finite.
   load(problem, x);
@@ -236,20 +252,7 @@ SolveReport ContactSolver::solve(const ContactProblem& problem, std::span<double
       done = is_rounding() || try_round(round);
     }
   }
-  if (done && with_newton) {
-    // One more step pays: it converges quadratically, and a steady state is then held by the same impulses
-    // for a long time.
-    rho_ = 1.0;
-    y_ = best_;
-    const double before = report_.residual;
-    keep_better(newton(false));
-    // Of contacts that touch without a force it may find nothing better, where sweeps do.
-    if (report_.residual == before && before > 0.0) {
-      y_ = best_;
-      sweep(settings_.sweeps);
-      keep_better(residual_of(y_));
-    }
-  }
+  if (done && with_newton) improve(budget);
   // The result is scaled back, and its residual is taken unscaled.
   for (std::size_t i = 0; i < y_.size(); ++i) x[i] = best_[i] * scaled_.scale(i);
   if (done && with_newton) {  // the scaled problem's sums round differently

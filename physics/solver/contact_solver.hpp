@@ -61,9 +61,12 @@ class ContactSolver {
   bool try_round(int round);
   double residual_of(const std::vector<double>& y) { return scaled_.residual(y, u_); }
   void sweep(int times);
+  /// Of the settings' sweeps, and the residual after them.
+  double sweeping_work() const { return static_cast<double>(settings_.sweeps + 1) * scaled_.work(); }
   double newton(bool with_line_search);
   bool keep_better(double residual);
   bool polish(int steps);
+  void improve(WorkBudget* budget);
   bool sweep_and_polish(int tries);
   bool descend(int steps, bool with_line_search, WorkBudget* budget = nullptr);
   bool follow_path(std::span<const double> anchor);
