@@ -297,7 +297,8 @@ void DynamicsWorld::reserve(std::size_t contacts) {
   world.rows.reserve(contacts, joint_rows, units, widest);
   world.solver.reserve(world.rows, units, blocks, widest);
   reserve_written(world.forces, contacts);
-  stepping::take_trial_steps();
+  // Code is cold once a process.
+  [[maybe_unused]] static const StepFailure trial = stepping::take_trial_steps();
 }
 
 void DynamicsWorld::forget_pushes() { parts_->movers.forget_pushes(); }

@@ -151,8 +151,11 @@ class DynamicsWorld {
  public:
   /// How long contact problems are solved.
   enum class Accuracy : std::uint8_t {
-    bounded,  ///< as long as the step's work lasts; groups of more than 21 points in one piece
-    exact,    ///< by every means of ContactSolver, however long that takes
+    /// As long as the step's work lasts. In one piece go groups of more than 21 points; of bodies alone that
+    /// overlap, or whose contacts were lately proven to contradict each other; and the rest of a step one of
+    /// whose solves did not converge.
+    bounded,
+    exact,  ///< by every means of ContactSolver, however long that takes
   };
 
   /// The same for every step. Figures that are not finite, a gap or tolerance that is not > 0, speeds, rates
@@ -177,10 +180,11 @@ class DynamicsWorld {
     /// Work that Accuracy::bounded may take in a step for what contacts and joints hold together, before it
     /// goes on with the best found so far, which is said: this many thousand multiplications for each
     /// contact, eight of them a body at most, half as many for each beyond 64, as for six contacts for each
-    /// joint, and as for 18 at least; as many again for parting what overlaps. Each further millisecond of
-    /// the step, up to 16 in all, gives as for 18 more to all of these together that have up to 64 contacts,
-    /// joints or masses beyond 4 to 1. Bodies of masses that differ by 1e3 or 1e6 have 2 and 4.5 times as
-    /// much, and their islands' rounds take 2 and 4 times as long. A thousand take some 0.5 us.
+    /// joint, and as for 18 at least; as many again for parting what overlaps. Bodies of masses up to 4 to 1
+    /// with up to 64 contacts have half of it while they are parted. Each further millisecond of the step, up
+    /// to 16 in all, gives as for 18 more to all of these together that have up to 64 contacts, joints or
+    /// masses beyond 4 to 1. Bodies of masses that differ by 1e3 or 1e6 have 2 and 4.5 times as much, and
+    /// their islands' rounds take 2 and 4 times as long. A thousand take some 0.5 us.
     double work = 8.0;
     /// The same by the clock [us], for live use: results then depend on the machine. Infinite: not looked at.
     double most_microseconds = kInfinity;
@@ -265,7 +269,9 @@ class DynamicsWorld {
   bool is_at_rest() const;
   /// Whether what touches it is to be looked at: not ground, sleepers, and kinematic bodies that stand.
   bool is_restless(const Mover& mover) const;
-  /// Reserves memory for this many contacts at a time, and for all joint rows.
+  /// Reserves memory for this many contacts at a time, and for all joint rows, and writes 8 MiB of
+  /// each list at most, so that steps do not wait for pages. The first call of a process also takes 18 steps
+  /// of a small world of its own, so that they do not wait for code: no other world is touched.
   void reserve(std::size_t contacts);
 
   std::size_t body_count() const;

@@ -3,8 +3,6 @@
 #include <array>
 #include <vector>
 
-#include "touchstone/physics/world/dynamics_world.hpp"
-
 namespace touchstone::physics::stepping {
 namespace {
 
@@ -27,7 +25,8 @@ void add_corners(const Mover& below, const Mover& cube, const Vector3& middle_W,
 
 }  // namespace
 
-void take_trial_steps() {
+StepFailure take_trial_steps() {
+  StepFailure failure = StepFailure::none;
   DynamicsWorld::Settings settings;
   settings.gravity_W = {0, 0, -9.81};
   DynamicsWorld world(settings);
@@ -50,8 +49,12 @@ void take_trial_steps() {
       }
       if (is_pressed)
         add_corners(Mover::of_body(cubes[1]), Mover::of_body(press), {0, 0, 2 * kSide}, separation, contacts);
-      for (int i = 0; i < 3; ++i) world.step(kStep, contacts);
+      for (int i = 0; i < 3; ++i) {
+        const StepReport report = world.step(kStep, contacts);
+        if (failure == StepFailure::none) failure = report.failure;
+      }
     }
+  return failure;
 }
 
 }  // namespace touchstone::physics::stepping
