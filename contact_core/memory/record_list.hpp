@@ -17,7 +17,11 @@ class RecordList {
   }
   template <class... Args>
   void emplace_back(Args&&... args) {
-    if (chunks_.empty() || chunks_.back().size() == kChunk) chunks_.emplace_back().reserve(kChunk);
+    if (chunks_.empty() || chunks_.back().size() == kChunk) {
+      std::vector<Record> chunk;  // has its room before it is one of them
+      chunk.reserve(kChunk);
+      chunks_.push_back(std::move(chunk));
+    }
     chunks_.back().emplace_back(std::forward<Args>(args)...);
   }
   Record& operator[](std::size_t i) { return chunks_[i / kChunk][i % kChunk]; }

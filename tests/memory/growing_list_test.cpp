@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <new>
 #include <set>
 #include <vector>
 
@@ -11,6 +12,7 @@
 #include <sys/resource.h>
 #endif
 
+#include "touchstone/contact_core/memory/record_list.hpp"
 #include "touchstone/contact_core/memory/reserve_more.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
 #include "touchstone/tests/support/random.hpp"
@@ -92,6 +94,23 @@ TEST(GrowingList, HoldsWhatAVectorHolds) {
       ASSERT_TRUE(std::equal(list.begin(), list.end(), as_vector.begin()));
       ASSERT_LE(list.size(), list.capacity());
     }
+  }
+}
+
+TEST(RecordList, RecordsStayWhereverMemoryEnds) {
+  for (std::size_t after = 0; after < 2; ++after) {
+    RecordList<Row, 4> list;
+    for (std::uint32_t i = 0; i < 4; ++i) list.emplace_back(row_of(i));
+    {
+      const FailingAllocation failing(after);
+      EXPECT_THROW(list.emplace_back(row_of(4)), std::bad_alloc);
+    }
+    EXPECT_EQ(list.size(), 4u);
+    list.emplace_back(row_of(4));
+    const Row* const first = &list[4];
+    for (std::uint32_t i = 5; i < 8; ++i) list.emplace_back(row_of(i));
+    EXPECT_EQ(first, &list[4]);
+    for (std::uint32_t i = 0; i < 8; ++i) EXPECT_EQ(list[i], row_of(i));
   }
 }
 

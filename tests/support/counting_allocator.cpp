@@ -6,10 +6,12 @@
 
 namespace {
 
-std::atomic<std::size_t> count{0};
+constexpr std::size_t kNever = static_cast<std::size_t>(-1);
+
+std::atomic<std::size_t> count{0}, failing{kNever};
 
 void* counted(std::size_t size, std::size_t alignment) noexcept {
-  ++count;
+  if (count++ == failing) return nullptr;
   const std::size_t rounded = (size + alignment - 1) / alignment * alignment;
   return std::aligned_alloc(alignment, rounded > 0 ? rounded : alignment);
 }
@@ -26,6 +28,9 @@ constexpr std::size_t kDefault = alignof(std::max_align_t);
 namespace touchstone {
 
 std::size_t allocation_count() { return count; }
+
+FailingAllocation::FailingAllocation(std::size_t after) { failing = count + after; }
+FailingAllocation::~FailingAllocation() { failing = kNever; }
 
 }  // namespace touchstone
 

@@ -51,9 +51,10 @@ std::uint32_t ObjectTable::free_slot(const ObjectRecord& object) {
     if (fitting->second.empty()) free_slots_.erase(fitting);
     return slot;
   }
+  // The record comes last: where memory ends no slot stays without its object.
+  const std::size_t slots = records_.size() + 1;
+  resize_more(X_BO_, slots), resize_more(X_CO_, slots), resize_more(is_noted_, slots);
   records_.emplace_back();
-  resize_more(X_BO_, records_.size()), resize_more(X_CO_, records_.size());
-  resize_more(is_noted_, records_.size());
   return size() - 1;
 }
 

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <new>
 
 #include "touchstone/contact_core/broadphase/register_broadphases.hpp"
 #include "touchstone/contact_core/native/native.hpp"
@@ -220,6 +221,26 @@ TEST(WorldChanges, PoliciesAllocateNothing) {
     grid.world->frame({});
   }
   EXPECT_EQ(allocation_count(), before);
+}
+
+// Wherever memory ends while an object is added: no slot stays without one.
+TEST(ObjectTable, HasWholeObjectsWhereMemoryEnds) {
+  const auto tree = box_tree("box", {1, 1, 1});
+  bool is_added = false;
+  for (std::size_t after = 0; !is_added; ++after) {
+    ASSERT_LT(after, 100u);
+    ObjectTable objects;
+    ObjectDescription description{tree, at(0, 0, 0), false, {}};
+    try {
+      const FailingAllocation failing(after);
+      objects.add(std::move(description));
+      is_added = true;
+    } catch (const std::bad_alloc&) {
+    }
+    for (std::uint32_t slot = 0; slot < objects.size(); ++slot)
+      ASSERT_NE(objects[slot].description.tree, nullptr) << after;
+    EXPECT_EQ(make_layout(objects).slots(), objects.size());
+  }
 }
 
 // Of more than a hundred lists a few take more memory at a time: frames after an object came cost about as
