@@ -1,6 +1,5 @@
 #include "touchstone/contact_core/native/native.hpp"
 
-#include <algorithm>
 #include <cassert>
 
 #include "touchstone/contact_core/narrowphase/validate.hpp"
@@ -27,7 +26,6 @@ class NativeNarrowphase final : public Narrowphase {
     native::take_room(set_, solids.size());
   }
   bool set_solids(SolidIndex first, std::span<const Hexahedron> solids) override {
-    native::take_room(set_, std::max<std::size_t>(set_.kinds.size(), first + solids.size()));
     native::set_solids(set_, first, solids);
     return true;
   }

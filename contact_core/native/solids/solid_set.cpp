@@ -119,6 +119,7 @@ void add_parallelepiped(SolidSet& set, std::size_t solid, const std::optional<Pa
 
 /// Fills what boxes among themselves do without.
 void add_parallelepipeds(SolidSet& set) {
+  set.parallelepiped_edges.reserve(set.kinds.size()), set.parallelepipeds.reserve(set.kinds.size());
   for (std::size_t i = set.parallelepipeds.size(); i < set.kinds.size(); ++i)
     add_parallelepiped(set, i, as_parallelepiped(local_vertices(set, i), set.solids[i].size));
 }
@@ -134,11 +135,16 @@ void reserve(SolidSet& set, std::size_t count, bool only_boxes) {
   set.parallelepiped_edges.reserve(count);
 }
 
-/// But for its hull. @param i of a solid that is there, or the next one.
+/// Places for hulls, up to this many. A set may have more of them than solids.
+void add_places_for_hulls(SolidSet& set, std::size_t count) {
+  while (set.hulls.size() < count) set.hulls.emplace_back();
+}
+
+/// But for its hull, which has a place. @param i of a solid that is there, or the next one.
 void put(SolidSet& set, std::size_t i, const Hexahedron& solid, SolidKind kind) {
-  if (i == set.kinds.size()) {
+  if (i >= set.kinds.size()) {
     set.kinds.emplace_back(), set.ordinary.emplace_back(), set.boxes.emplace_back();
-    set.vertices.emplace_back(), set.solids.emplace_back(), set.hulls.emplace_back();
+    set.vertices.emplace_back(), set.solids.emplace_back();
   }
   const bool ordinary = is_ordinary(solid);
   set.kinds[i] = kind, set.ordinary[i] = ordinary;
@@ -150,6 +156,22 @@ void put(SolidSet& set, std::size_t i, const Hexahedron& solid, SolidKind kind) 
 void set_hull(SolidSet& set, std::size_t i, std::shared_ptr<const SolidHull> hull) {
   set.solids[i].hull = hull.get();
   set.hulls[i] = std::move(hull);
+}
+
+void take_room(SolidSet& set, std::size_t solids, bool with_parallelepipeds, bool with_radii) {
+  reserve_more(set.kinds, solids), reserve_more(set.ordinary, solids), reserve_more(set.boxes, solids);
+  reserve_more(set.vertices, solids), reserve_more(set.solids, solids);
+  if (with_radii) reserve_more(set.radii, solids);
+  if (!with_parallelepipeds) return;
+  reserve_more(set.parallelepipeds, solids), reserve_more(set.parallelepiped_edges, solids);
+}
+
+/// All memory that solids as those of `fresh` take from `first` on. Where it ends, only the list of hulls is
+/// longer than the others.
+void take_places(SolidSet& set, std::size_t first, const SolidSet& fresh, std::size_t count) {
+  const std::size_t solids = std::max<std::size_t>(set.kinds.size(), first + count);
+  take_room(set, solids, !fresh.parallelepipeds.empty(), !fresh.radii.empty());
+  add_places_for_hulls(set, solids);
 }
 
 bool is_plain_box(const Hexahedron& solid) { return solid.is_box() && !solid.is_rounded(); }
@@ -166,6 +188,7 @@ SolidSet make_solid_set(std::span<const Hexahedron> solids) {
   const bool only_boxes = std::all_of(solids.begin(), solids.end(), is_box);
   SolidSet out;
   reserve(out, solids.size(), only_boxes);
+  add_places_for_hulls(out, solids.size());
   SharedHulls shared(out);
   if (std::any_of(solids.begin(), solids.end(), is_rounded))
     for (const Hexahedron& solid : solids) out.radii.push_back(solid.radius());
@@ -186,17 +209,14 @@ SolidSet make_solid_set(std::span<const Hexahedron> solids) {
 }
 
 void take_room(SolidSet& set, std::size_t solids) {
-  reserve_more(set.kinds, solids), reserve_more(set.ordinary, solids), reserve_more(set.boxes, solids);
-  reserve_more(set.vertices, solids), reserve_more(set.solids, solids);
-  if (!set.radii.empty()) reserve_more(set.radii, solids);
-  if (set.parallelepipeds.empty()) return;
-  reserve_more(set.parallelepipeds, solids), reserve_more(set.parallelepiped_edges, solids);
+  take_room(set, solids, !set.parallelepipeds.empty(), !set.radii.empty());
 }
 
 void set_solids(SolidSet& set, std::size_t first, std::span<const Hexahedron> solids) {
   const bool holds_boxes_alone = set.parallelepipeds.empty() && set.radii.empty();
   if (!holds_boxes_alone || !std::all_of(solids.begin(), solids.end(), is_plain_box))
     return set_solids(set, first, make_solid_set(solids));
+  take_places(set, first, set, solids.size());
   // Boxes among boxes are put in their places without a set of their own.
   for (std::size_t i = 0; i < solids.size(); ++i) {
     std::shared_ptr<const SolidHull> hull = is_ordinary(solids[i]) ? hull_of_boxes() : make_hull(solids[i]);
@@ -212,6 +232,7 @@ void set_solids(SolidSet& set, std::size_t first, SolidSet solids) {
     set.radii.resize(set.kinds.size(), 0.0);
     solids.radii.resize(solids.kinds.size(), 0.0);
   }
+  take_places(set, first, solids, solids.kinds.size());
   const auto put = [first](auto& to, const auto& from) {
     const std::size_t replaced = std::min(from.size(), to.size() - first);
     const auto split = from.begin() + static_cast<std::ptrdiff_t>(replaced);
@@ -225,10 +246,7 @@ void set_solids(SolidSet& set, std::size_t first, SolidSet solids) {
   put(set.kinds, solids.kinds), put(set.ordinary, solids.ordinary);
   put(set.boxes, solids.boxes), put(set.vertices, solids.vertices);
   put(set.solids, solids.solids);
-  for (std::size_t i = 0; i < solids.hulls.size(); ++i) {
-    if (first + i == set.hulls.size()) set.hulls.emplace_back();
-    set.hulls[first + i] = std::move(solids.hulls[i]);
-  }
+  for (std::size_t i = 0; i < solids.kinds.size(); ++i) set.hulls[first + i] = std::move(solids.hulls[i]);
   if (!solids.radii.empty()) put(set.radii, solids.radii);
 }
 

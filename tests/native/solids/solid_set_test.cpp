@@ -5,9 +5,11 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <new>
 
 #include "touchstone/contact_core/native/solids/solid_features.hpp"
 #include "touchstone/tests/native/native_fixture.hpp"
+#include "touchstone/tests/support/counting_allocator.hpp"
 
 namespace touchstone {
 namespace {
@@ -106,6 +108,61 @@ TEST(SolidSet, ChangedInAnyOrderIsTheSetBuiltAtOnce) {
       expect_same_bytes(changed.parallelepiped_edges, at_once.parallelepiped_edges);
     }
   }
+}
+
+/// Every list has a place for each solid, and each solid has its hull.
+void expect_whole(const SolidSet& set) {
+  const std::size_t solids = set.kinds.size();
+  EXPECT_EQ(set.ordinary.size(), solids);
+  EXPECT_EQ(set.boxes.size(), solids);
+  EXPECT_EQ(set.vertices.size(), solids);
+  ASSERT_EQ(set.solids.size(), solids);
+  EXPECT_TRUE(set.parallelepipeds.empty() || set.parallelepipeds.size() == solids);
+  EXPECT_EQ(set.parallelepiped_edges.size(), set.parallelepipeds.size());
+  EXPECT_TRUE(set.radii.empty() || set.radii.size() == solids);
+  ASSERT_GE(set.hulls.size(), solids);
+  for (std::size_t i = 0; i < solids; ++i) {
+    EXPECT_NE(set.hulls[i], nullptr);
+    EXPECT_EQ(set.solids[i].hull, set.hulls[i].get());
+  }
+}
+
+/// The last of so many boxes is replaced, and more are appended. @returns whether memory was enough.
+bool set_with_memory_for(std::size_t allocations, std::size_t boxes, std::span<const Hexahedron> fresh,
+                         bool as_set) {
+  SolidSet set = native::make_solid_set(std::vector<Hexahedron>(boxes, Hexahedron::from_size({1, 1, 1})));
+  SolidSet fresh_set = native::make_solid_set(fresh);
+  const std::size_t first = boxes > 0 ? boxes - 1 : 0;
+  bool is_enough = false;
+  try {
+    const FailingAllocation failing(allocations);
+    if (as_set)
+      native::set_solids(set, first, std::move(fresh_set));
+    else
+      native::set_solids(set, first, fresh);
+    is_enough = true;
+  } catch (const std::bad_alloc&) {
+  }
+  expect_whole(set);
+  native::set_solids(set, first, fresh);
+  expect_whole(set);
+  EXPECT_EQ(set.kinds.size(), first + fresh.size());
+  return is_enough;
+}
+
+TEST(SolidSet, IsWholeWhereverMemoryEnds) {
+  Random random(5);
+  const Hexahedron box = Hexahedron::from_size({1, 2, 3});
+  const Hexahedron large = Hexahedron::from_size(Vector3(0x1p300, 0x1p300, 0x1p300));
+  Hexahedron general = random_solid(random, 3);
+  while (general.is_box()) general = random_solid(random, 3);
+  for (const Hexahedron& other : {box, large, general, Hexahedron::sphere(0.5)})
+    for (const std::size_t boxes : {0, 5, 32})  // 32 hulls stand together
+      for (const bool as_set : {false, true}) {
+        const std::array fresh{box, other, box};
+        std::size_t allocations = 0;
+        while (!set_with_memory_for(allocations, boxes, fresh, as_set)) ASSERT_LT(++allocations, 1000u);
+      }
 }
 
 TEST(SolidSet, ABoxAmongBoxesTakesLessThan300Bytes) {
