@@ -62,7 +62,7 @@ class GrowingList {
 
   void reserve(std::size_t count) {
     if (count <= capacity_) return;
-    memory_.grow(size_ * sizeof(T), count * sizeof(T));
+    memory_.grow(size_ * sizeof(T), GrowingMemory::bytes_of(count, sizeof(T)));
     capacity_ = count;
   }
   void clear() { size_ = 0; }
@@ -78,9 +78,11 @@ class GrowingList {
     size_ = count;
   }
   void assign(std::size_t count, const T& value) {
+    const T copy = value;  // it may be one of those that go
     clear();
-    resize(count, value);
+    resize(count, copy);
   }
+  /// @pre the values are none of this list's.
   template <std::forward_iterator Iterator>
   void assign(Iterator first, Iterator last) {
     clear();
@@ -128,7 +130,8 @@ class GrowingList {
       std::memmove(static_cast<void*>(to), first, static_cast<std::size_t>(last - first) * sizeof(T));
   }
   void make_room(std::size_t count) {
-    if (count > capacity_) reserve(std::max(count, 2 * capacity_ + 16));
+    if (count <= capacity_) return;
+    reserve(std::max(count, std::min(2 * capacity_ + 16, GrowingMemory::most_of(sizeof(T)))));
   }
 
   GrowingMemory memory_{alignof(T)};

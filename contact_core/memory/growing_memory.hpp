@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
+#include <new>
 
 namespace touchstone {
 
@@ -23,6 +25,13 @@ class GrowingMemory {
   GrowingMemory(GrowingMemory&& other) noexcept;
   GrowingMemory& operator=(GrowingMemory&& other) noexcept;
   ~GrowingMemory();
+
+  /// Of so many elements. @throws std::bad_alloc: no memory has as many.
+  static std::size_t bytes_of(std::size_t count, std::size_t size) {
+    if (count > most_of(size)) throw std::bad_alloc();
+    return count * size;
+  }
+  static constexpr std::size_t most_of(std::size_t size) { return PTRDIFF_MAX / size; }
 
   void* data() const { return data_; }
   /// Makes room for this many bytes, and keeps the first `used` ones, by their bits.

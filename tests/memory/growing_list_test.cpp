@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <new>
@@ -94,6 +95,28 @@ TEST(GrowingList, HoldsWhatAVectorHolds) {
       ASSERT_TRUE(std::equal(list.begin(), list.end(), as_vector.begin()));
       ASSERT_LE(list.size(), list.capacity());
     }
+  }
+}
+
+TEST(GrowingList, IsAssignedAValueOfItsOwn) {
+  GrowingList<Row> list;
+  list.assign(10, row_of(7));
+  list.assign(500, list[0]);
+  EXPECT_EQ(list.size(), 500u);
+  EXPECT_EQ(std::count(list.begin(), list.end(), row_of(7)), 500);
+}
+
+// Their bytes would be few, modulo the largest size.
+TEST(GrowingList, MoreElementsThanMemoryCountsAreRefused) {
+  const std::size_t too_many = PTRDIFF_MAX / sizeof(Row) + 1;
+  for (const std::size_t count : {too_many, 2 * too_many, SIZE_MAX / sizeof(Row) + 2, SIZE_MAX}) {
+    GrowingList<Row> list;
+    list.push_back(row_of(1));
+    EXPECT_THROW(list.reserve(count), std::bad_alloc);
+    EXPECT_THROW(list.resize(count), std::bad_alloc);
+    EXPECT_THROW(resize_more(list, count), std::bad_alloc);
+    EXPECT_EQ(list.size(), 1u);
+    EXPECT_EQ(list[0], row_of(1));
   }
 }
 

@@ -31,12 +31,13 @@ std::size_t PairList::blocks_for(std::size_t objects) {
 }
 
 void PairList::reserve(std::size_t objects) {
-  const std::size_t blocks = blocks_for(objects);
-  for (GrowingMemory* memory : {&found_, &pairs_}) memory->grow(0, blocks * kBlock * sizeof(SolidPair));
-  used_.reserve(blocks);
-  row_end_.reserve(objects);
   count_ = 0;
   next_block_ = 0;
+  const std::size_t blocks = blocks_for(objects);
+  const std::size_t bytes = GrowingMemory::bytes_of(blocks, kBlock * sizeof(SolidPair));
+  for (GrowingMemory* memory : {&found_, &pairs_}) memory->grow(0, bytes);
+  used_.reserve(blocks);
+  row_end_.reserve(objects);
 }
 
 void PairList::set_objects(std::uint32_t objects) {
