@@ -9,6 +9,8 @@ namespace touchstone {
 
 /// Encloses a solid on its whole path: every point of it is always within `radius` of the segment.
 struct SweptSphere {
+  using MovesByBits = SweptSphere;  ///< see kMovesByBits
+
   Vector3 from_W, to_W;  ///< ends of the segment [m]
   double radius;         ///< [m]
 };

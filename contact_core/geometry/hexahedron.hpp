@@ -27,6 +27,8 @@ struct EdgeLine {
 
 /// A sphere in the frame that its variable's name gives: sphere_S in a solid's, sphere_O in an object's.
 struct Sphere {
+  using MovesByBits = Sphere;  ///< see kMovesByBits
+
   Vector3 centre;
   double radius;  ///< [m]
 };
@@ -62,6 +64,8 @@ enum class WarpPolicy : std::uint8_t {
 /// refuse rounded solids: refuse_rounded().
 class Hexahedron {
  public:
+  using MovesByBits = Hexahedron;  ///< see kMovesByBits
+
   static constexpr int kVertices = 8;
   /// Face f: -x, +x, -y, +y, -z, +z; four vertices counter-clockwise from outside.
   static constexpr std::array<std::array<std::uint8_t, 4>, 6> kFaceVertices = {

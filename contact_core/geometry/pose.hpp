@@ -11,6 +11,8 @@ namespace touchstone {
 
 /// The pose X_WA of a frame A in a frame W: p_W = R_WA * p_A + p_WA. Lengths in metres.
 struct Pose {
+  using MovesByBits = Pose;  ///< see kMovesByBits
+
   Matrix3 R = Matrix3::Identity();  ///< columns: A's axes expressed in W
   Vector3 p = Vector3::Zero();      ///< A's origin in W [m]
 };

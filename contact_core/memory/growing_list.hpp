@@ -15,9 +15,14 @@
 namespace touchstone {
 
 /// Whether an element may go elsewhere in memory by its bits: it owns nothing, and nobody keeps its address
-/// while its list may grow.
+/// while its list may grow. The compiler knows that of types without copy constructors of their own. Others,
+/// as all that hold Eigen's, are looked at first and then say so: `using MovesByBits = ` the type itself.
 template <class T>
-inline constexpr bool kMovesByBits = std::is_trivially_destructible_v<T>;
+inline constexpr bool kMovesByBits = std::is_trivially_copyable_v<T> || requires {
+  requires std::is_same_v<typename T::MovesByBits, T>;
+};
+template <class A, class B>
+inline constexpr bool kMovesByBits<std::pair<A, B>> = std::min(kMovesByBits<A>, kMovesByBits<B>);
 
 /// A list in one piece, as std::vector is, in memory that grows without being copied (GrowingMemory).
 template <class T>

@@ -11,6 +11,8 @@ namespace touchstone {
 
 /// Integrals over a solid, or several. Sums of moments in one frame are the moments of the whole.
 struct MassMoments {
+  using MovesByBits = MassMoments;  ///< see kMovesByBits
+
   double volume = 0.0;               ///< [m3]
   Vector3 first = Vector3::Zero();   ///< of x [m4]
   Matrix3 second = Matrix3::Zero();  ///< of x x^T [m5]

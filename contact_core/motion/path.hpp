@@ -110,6 +110,8 @@ class RigidPath final : public MotionPath {
 /// Several bodies that move as one: each is fixed to a carrier on a RigidPath.
 class CarriedPath final : public MotionPath {
  public:
+  using MovesByBits = CarriedPath;  ///< see kMovesByBits: it refers to poses, but owns none
+
   /// @param X_CO of each body in the carrier; must outlive the path. Bodies whose entry is the identity get
   /// the carrier's poses bit by bit.
   CarriedPath(const RigidPath& carrier, std::span<const Pose> X_CO)
@@ -133,9 +135,5 @@ class CarriedPath final : public MotionPath {
   const GrowingList<Pose>* list_ = nullptr;
   std::size_t count_;
 };
-
-/// It refers to poses, but owns none.
-template <>
-inline constexpr bool kMovesByBits<CarriedPath> = true;
 
 }  // namespace touchstone

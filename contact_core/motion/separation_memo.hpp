@@ -18,6 +18,8 @@ class SeparationMemo {
  public:
   /// An answer of Narrowphase::evaluate().
   struct Answer {
+    using MovesByBits = Answer;  ///< see kMovesByBits
+
     PairStatus status;
     PairGeometry geometry;
   };

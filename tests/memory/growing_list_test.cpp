@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <new>
 #include <set>
+#include <utility>
 #include <vector>
 
 #ifdef __linux__
@@ -119,6 +120,19 @@ TEST(GrowingList, MoreElementsThanMemoryCountsAreRefused) {
     EXPECT_EQ(list[0], row_of(1));
   }
 }
+
+struct CopiesItself {
+  CopiesItself(const CopiesItself&) {}
+};
+struct IsLookedAt : CopiesItself {
+  using MovesByBits = IsLookedAt;
+};
+struct IsDerived : IsLookedAt {};
+
+static_assert(kMovesByBits<Row> && kMovesByBits<std::pair<int, Row>> && kMovesByBits<IsLookedAt>);
+static_assert(kMovesByBits<std::pair<IsLookedAt, int>>);
+static_assert(!kMovesByBits<CopiesItself> && !kMovesByBits<IsDerived> && !kMovesByBits<std::vector<int>>);
+static_assert(!kMovesByBits<std::pair<int, CopiesItself>>);
 
 TEST(RecordList, RecordsStayWhereverMemoryEnds) {
   for (std::size_t after = 0; after < 2; ++after) {

@@ -69,6 +69,8 @@ class SolidBounds {
   // Of an object's sphere tree, in world. Inner spheres are refitted around their children's world spheres,
   // so they hold whatever rounding the poses carry; children follow their parent in the array.
   struct Node {
+    using MovesByBits = Node;  ///< see kMovesByBits
+
     Sphere sphere_W;
     std::int32_t left, right, solid;  // left and right relative to the object's first node; solid is global
   };

@@ -15,6 +15,8 @@ class Rides {
   static constexpr std::uint32_t kNone = 0xffffffff;
 
   struct Ride {
+    using MovesByBits = Ride;  ///< see kMovesByBits
+
     std::uint32_t lead = kNone;  ///< slot that stands for the mechanism; none: it goes with no link
     std::uint32_t link = kNone;  ///< MechanismMover::rigid_with of the link, by which it goes
     Pose X_LR;                   ///< of the object in the link

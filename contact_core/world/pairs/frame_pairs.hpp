@@ -29,6 +29,8 @@ struct PairDistances {
 
 /// A pair that matters in this frame.
 struct FramePair : PairDistances {
+  using MovesByBits = FramePair;  ///< see kMovesByBits
+
   SolidPair solids;
   EffectiveRule rule;
   Impact impact;

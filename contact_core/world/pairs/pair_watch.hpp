@@ -15,6 +15,8 @@ inline constexpr double kNotKnown = -1.0;
 
 /// Two solids that may come near while neither exceeds its limit (see Travels).
 struct WatchedPair {
+  using MovesByBits = WatchedPair;  ///< see kMovesByBits
+
   std::uint32_t a, b;       ///< a < b
   std::uint32_t link_pair;  ///< index into Travels::of_link_pair, or kNoLinkPair
   double clear_until;  ///< it stays apart up to this of the sum of the two solids' travels, or of the pair of
