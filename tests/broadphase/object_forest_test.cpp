@@ -2,8 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <new>
+#include <numeric>
+
+#include "touchstone/contact_core/broadphase/native/morton_sort.hpp"
 #include "touchstone/tests/broadphase/random_scene.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
+#include "touchstone/tests/support/random.hpp"
 
 // The native broadphase's trees, renewed bit by bit while objects come, go and move.
 
@@ -155,6 +161,31 @@ TEST(ObjectForest, RenewsWithoutAllocationsWhileObjectsMove) {
   EXPECT_EQ(allocation_count(), before);
   EXPECT_EQ(wood.forest().sorts(), sorts);
   EXPECT_GT(wood.forest().renewals(), 2u);
+}
+
+// What is tried again after memory ended has room for all.
+TEST(MortonSort, HasRoomWhereverMemoryEnded) {
+  constexpr std::uint32_t kCount = 2000;
+  Random random(66);
+  std::vector<Sphere> spheres(kCount);
+  for (Sphere& sphere : spheres) sphere = {random.vector(10.0), 1.0};
+  for (std::size_t after = 0; after < 4; ++after) {
+    MortonSort sort;
+    {
+      const FailingAllocation failing(after);
+      EXPECT_THROW(sort.reserve(kCount), std::bad_alloc);
+    }
+    const std::size_t before = allocation_count();
+    sort.reserve(kCount);
+    EXPECT_GT(allocation_count(), before) << after;
+    std::vector<std::uint32_t> order(kCount);
+    std::iota(order.begin(), order.end(), 0u);
+    std::size_t work = MortonSort::kAll;
+    sort.begin(kCount);
+    EXPECT_TRUE(sort.go_on(spheres, order, work));
+    std::sort(order.begin(), order.end());
+    for (std::uint32_t i = 0; i < kCount; ++i) ASSERT_EQ(order[i], i);
+  }
 }
 
 }  // namespace

@@ -38,9 +38,10 @@ std::uint32_t morton_key(const Vector3& p, const Vector3& low, const Vector3& ce
 
 void MortonSort::reserve(std::size_t objects) {
   if (objects <= keys_.size()) return;
-  for (GrowingList<std::uint32_t>* list : {&keys_, &keys_scratch_, &order_scratch_})
-    resize_more(*list, objects);
   reserve_more(ranges_, objects / kCrowd + 1);
+  // The keys come last, as their number says what there is room for.
+  for (GrowingList<std::uint32_t>* list : {&keys_scratch_, &order_scratch_, &keys_})
+    resize_more(*list, objects);
 }
 
 void MortonSort::begin(std::uint32_t count) noexcept {

@@ -15,15 +15,16 @@ ObjectPairs::ObjectPairs(const SolidBounds& bounds, const ObjectForest& forest, 
 
 /// And for as many again, which come one by one.
 void ObjectPairs::make_room(std::uint32_t objects) {
-  listed_objects_ = 2 * objects;
-  list_.reserve(listed_objects_);
-  is_changed_.reserve(listed_objects_);
-  changed_.reserve(listed_objects_ / kFew + 1);
-  fresh_.reserve(std::max<std::size_t>(listed_objects_, 64));
-  row_.reserve(listed_objects_);
-  marks_.resize(listed_objects_ / 64 + 1);
-  set_count(objects);
   forget();
+  const std::size_t room = std::size_t{2} * objects;
+  list_.reserve(room);
+  is_changed_.reserve(room);
+  changed_.reserve(room / kFew + 1);
+  fresh_.reserve(std::max<std::size_t>(room, 64));
+  row_.reserve(room);
+  marks_.resize(room / 64 + 1);
+  listed_objects_ = room;
+  set_count(objects);
 }
 
 void ObjectPairs::set_count(std::uint32_t objects) {
