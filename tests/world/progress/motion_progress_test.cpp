@@ -55,6 +55,19 @@ INSTANTIATE_TEST_SUITE_P(Rates, Progress, ::testing::Values(10.0, 50.0), [](cons
   return std::to_string(static_cast<int>(test.param)) + "Hz";
 });
 
+// In one frame of each, sub-steps gain less than a thousandth of what is left but as much as the ones before:
+// the next ones lead round an edge.
+TEST(ProgressOfHeldArms, PoorSubStepsThatGainSteadilyGoOn) {
+  for (const std::uint64_t seed : {515032u, 990143u}) {
+    ProgressRun run;
+    run.scene = "held_arms", run.rate = 10.0, run.seed = seed;
+    const ProgressFigures f = measure_progress(run);
+    EXPECT_EQ(f.looked_at, f.blocked);
+    EXPECT_GT(f.open, 0u) << seed;
+    EXPECT_EQ(f.frozen, 0u) << seed;
+  }
+}
+
 TEST(ProgressAtAKilohertz, ArmsGoOnAlongWhatTheyMeet) {
   for (const char* scene : {"edge", "corner"}) expect_progress({scene, 1, 4}, 1000.0);
 }
