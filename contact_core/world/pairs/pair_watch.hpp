@@ -35,7 +35,6 @@ class PairWatch {
 
   /// Makes room for this many, and more (reserve_more.hpp).
   void reserve(std::size_t pairs);
-  std::size_t capacity() const { return pairs_.capacity(); }
   /// From now on solids below this may be named; those there are keep their pairs.
   void set_solids(std::size_t solids);
   /// No pairs.

@@ -72,7 +72,7 @@ struct CubesInARow {
   }
   GrowingList<FramePair> find(std::span<const ContactState> contacts = {}) {
     PairFinder finder;
-    finder.take_room(cubes.size(), cubes.size(), watched.pairs().capacity());
+    finder.take_room(cubes.size(), cubes.size(), watched.room());
     GrowingList<FramePair> pairs;
     candidates = finder.find({model, lanes, watched, movers}, contacts, pairs).candidates;
     return pairs;
