@@ -78,6 +78,26 @@ TEST(MeshDistance, ShellsMayOverlapBeCavitiesOrStandInsideOut) {
   EXPECT_FALSE(MeshDistance(weld(inverted)).is_inside({1.5, 1.51, 1.52}));
 }
 
+// Of random tetrahedra of a size in a cube, so many are called solid; points of these are inside.
+std::size_t solid_of_random(const MeshDistance& mesh, std::mt19937_64& engine, int tries, double cube,
+                            double size) {
+  const auto next = [&] { return static_cast<double>(engine() >> 11) * 0x1p-53; };
+  std::size_t solid = 0;
+  for (int i = 0; i < tries; ++i) {
+    const Vector3 at(cube * next(), cube * next(), cube * next());
+    std::array<Vector3, 4> t;
+    for (Vector3& p : t) p = at + size * Vector3(next() - 0.5, next() - 0.5, next() - 0.5);
+    if (!mesh.is_solid(t)) continue;
+    ++solid;
+    for (int k = 0; k < 60; ++k) {
+      const std::array<double, 4> w = {next(), next(), next(), next()};
+      const double sum = w[0] + w[1] + w[2] + w[3];
+      EXPECT_TRUE(mesh.is_inside((w[0] * t[0] + w[1] * t[1] + w[2] * t[2] + w[3] * t[3]) / sum)) << i;
+    }
+  }
+  return solid;
+}
+
 // Walls of shells within others: a tetrahedron that they cut is solid all the same, and never where a point
 // of it is outside or in a cavity.
 TEST(MeshDistance, ATetrahedronAcrossInnerWallsIsSolid) {
@@ -100,19 +120,7 @@ TEST(MeshDistance, ATetrahedronAcrossInnerWallsIsSolid) {
         for (auto& t : block.triangles) std::swap(t[1], t[2]);
       append(blocks, block);
     }
-    const MeshDistance some(weld(blocks));
-    for (int i = 0; i < 500; ++i) {
-      const Vector3 at(2.0 * next(), 2.0 * next(), 2.0 * next());
-      std::array<Vector3, 4> t;
-      for (Vector3& p : t) p = at + 0.5 * Vector3(next() - 0.5, next() - 0.5, next() - 0.5);
-      if (!some.is_solid(t)) continue;
-      ++solid;
-      for (int k = 0; k < 60; ++k) {
-        std::array<double, 4> w = {next(), next(), next(), next()};
-        const double sum = w[0] + w[1] + w[2] + w[3];
-        ASSERT_TRUE(some.is_inside((w[0] * t[0] + w[1] * t[1] + w[2] * t[2] + w[3] * t[3]) / sum)) << round;
-      }
-    }
+    solid += solid_of_random(MeshDistance(weld(blocks)), engine, 500, 2.0, 0.5);
   }
   EXPECT_GT(solid, 1000U);
 }
@@ -127,7 +135,7 @@ TEST(MeshDistance, ATetrahedronAcrossFlushWallsIsNotSolid) {
   TriangleMesh twice = box_mesh({0, 0, 0}, {2.6, 4, 4});
   append(twice, box_mesh({0, 0, 0}, {2.6, 4, 4}));
   EXPECT_FALSE(MeshDistance(weld(twice)).is_solid(across));
-  // A face of many triangles is one wall still.
+  // Of one within the other, two triangles of its wall are one.
   TriangleMesh behind = box_mesh({0, 0, 0}, {4, 4, 4});
   append(behind, box_mesh({1, 0, 0}, {2.6, 4, 4}));
   EXPECT_TRUE(MeshDistance(weld(behind)).is_solid(across));
@@ -136,7 +144,6 @@ TEST(MeshDistance, ATetrahedronAcrossFlushWallsIsNotSolid) {
 // Blocks on a grid, some of them twice: many walls are flush.
 TEST(MeshDistance, ATetrahedronAcrossWallsOnAGridIsSolidOnlyWhereAllOfItIs) {
   std::mt19937_64 engine(161803);
-  const auto next = [&] { return static_cast<double>(engine() >> 11) * 0x1p-53; };
   const auto step = [&](int most) {
     return 0.25 * static_cast<double>(1 + engine() % static_cast<unsigned>(most));
   };
@@ -151,19 +158,7 @@ TEST(MeshDistance, ATetrahedronAcrossWallsOnAGridIsSolidOnlyWhereAllOfItIs) {
       append(blocks, block);
       if (i % 3 == 0) append(blocks, block);
     }
-    const MeshDistance some(weld(blocks));
-    for (int i = 0; i < 2500; ++i) {
-      const Vector3 at(2.5 * next(), 2.5 * next(), 2.5 * next());
-      std::array<Vector3, 4> t;
-      for (Vector3& p : t) p = at + 0.8 * Vector3(next() - 0.5, next() - 0.5, next() - 0.5);
-      if (!some.is_solid(t)) continue;
-      ++solid;
-      for (int k = 0; k < 60; ++k) {
-        std::array<double, 4> w = {next(), next(), next(), next()};
-        const double sum = w[0] + w[1] + w[2] + w[3];
-        ASSERT_TRUE(some.is_inside((w[0] * t[0] + w[1] * t[1] + w[2] * t[2] + w[3] * t[3]) / sum)) << round;
-      }
-    }
+    solid += solid_of_random(MeshDistance(weld(blocks)), engine, 2500, 2.5, 0.8);
   }
   EXPECT_GT(solid, 1000U);
 }
