@@ -132,7 +132,8 @@ class GrowingList {
  private:
   static void move_bits(const T* first, const T* last, T* to) {
     if (first != last)
-      std::memmove(static_cast<void*>(to), first, static_cast<std::size_t>(last - first) * sizeof(T));
+      std::memmove(static_cast<void*>(to), static_cast<const void*>(first),
+                   static_cast<std::size_t>(last - first) * sizeof(T));
   }
   void make_room(std::size_t count) {
     if (count <= capacity_) return;
