@@ -1,11 +1,8 @@
 #include "touchstone/examples/station/flight/object_meshes.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -13,6 +10,7 @@
 
 #include "touchstone/adapters/mesh_files/mesh_file.hpp"
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/station/flight/bytes.hpp"
 
 namespace touchstone::station {
 namespace {
@@ -20,13 +18,6 @@ namespace {
 using nlohmann::json;
 
 static_assert(std::endian::native == std::endian::little, "pages read little-endian");
-
-template <class T>
-void append(std::string& bytes, T value) {
-  std::array<char, sizeof(T)> raw;
-  std::memcpy(raw.data(), &value, sizeof(T));
-  bytes.append(raw.data(), raw.size());
-}
 
 /// Three corners a triangle, so that each is shaded flat.
 void append_corners(std::string& bytes, const ObjectMesh& part) {
@@ -73,12 +64,6 @@ ObjectMesh read_one(const json& from, const std::filesystem::path& folder, const
   return out;
 }
 
-std::string hash_text_of(std::string_view bytes) {
-  std::uint64_t hash = 0xcbf29ce484222325;  // FNV-1a
-  for (const char byte : bytes) hash = (hash ^ static_cast<std::uint8_t>(byte)) * 0x100000001b3;
-  return fmt::format("{:016x}", hash);
-}
-
 }  // namespace
 
 ObjectMeshes place_meshes(const std::vector<ObjectMesh>& meshes) {
@@ -111,7 +96,7 @@ ObjectMeshes place_meshes(const std::vector<ObjectMesh>& meshes) {
   out.bytes = "TSM1";
   append(out.bytes, static_cast<std::uint32_t>(out.objects.size()));
   out.bytes += surfaces;
-  out.path = "meshes/" + hash_text_of(out.bytes);
+  out.path = "meshes/" + hash_of(out.bytes);
   return out;
 }
 

@@ -1,20 +1,15 @@
 #include "touchstone/examples/station/flight/scene_robot.hpp"
 
 #include <algorithm>
-#include <cstring>
 
 #include "touchstone/contact_core/mechanism/arms/bundled_arms.hpp"
+#include "touchstone/examples/station/flight/bytes.hpp"
 #include "touchstone/examples/training_run/setting/robot_script.hpp"
 
 namespace touchstone::station {
 namespace {
 
-template <class T>
-void append(std::string& bits, const T& value) {
-  std::array<char, sizeof(T)> raw;
-  std::memcpy(raw.data(), &value, sizeof(T));
-  bits.append(raw.data(), raw.size());
-}
+using station::append;  // beside those of vectors and poses
 
 void append(std::string& bits, const Vector3& v) {
   for (int axis = 0; axis < 3; ++axis) append(bits, v[axis]);

@@ -1,9 +1,8 @@
 #include "touchstone/examples/station/flight/station_scene.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <span>
 
@@ -11,6 +10,7 @@
 #include "touchstone/contact_core/geometry/quaternion.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/program/files/json.hpp"
+#include "touchstone/examples/station/flight/bytes.hpp"
 #include "touchstone/examples/station/flight/solids_json.hpp"
 #include "touchstone/examples/station/flight/stance.hpp"
 
@@ -177,16 +177,14 @@ json tasks_json(const StationScene& scene) {
   return out;
 }
 
-/// FNV-1a over all bytes: the files, and the robot, that a recording was flown with.
+/// The files, and the robot, that a recording was flown with.
 std::string hash_of(std::span<const std::filesystem::path> files, std::string_view bits) {
-  std::uint64_t hash = 0xcbf29ce484222325;
-  const auto add = [&hash](char byte) { hash = (hash ^ static_cast<std::uint8_t>(byte)) * 0x100000001b3; };
+  std::string bytes;
   for (const std::filesystem::path& file : files) {
     std::ifstream in(file, std::ios::binary);
-    for (char byte = 0; in.get(byte);) add(byte);
+    bytes.append(std::istreambuf_iterator<char>(in), {});
   }
-  for (const char byte : bits) add(byte);
-  return fmt::format("{:016x}", hash);
+  return station::hash_of(bytes.append(bits));
 }
 
 void check_hands(const Script& script) {

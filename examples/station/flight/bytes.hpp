@@ -1,0 +1,21 @@
+#pragma once
+
+#include <array>
+#include <cstring>
+#include <string>
+#include <string_view>
+
+namespace touchstone::station {
+
+/// The bytes of a value, as they lie in memory.
+template <class T>
+void append(std::string& bytes, const T& value) {
+  std::array<char, sizeof(T)> raw;
+  std::memcpy(raw.data(), &value, sizeof(T));
+  bytes.append(raw.data(), raw.size());
+}
+
+/// FNV-1a, in 16 hexadecimal digits.
+std::string hash_of(std::string_view bytes);
+
+}  // namespace touchstone::station
