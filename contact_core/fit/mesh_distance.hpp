@@ -65,8 +65,9 @@ class MeshDistance {
   /// On the straight way from a point of it to another the winding number falls by one at each triangle whose
   /// back the first one sees, at most once at each, and nowhere else. Of two such triangles the way meets one
   /// after the other only where the second one is in front of the first somewhere, and the first one behind
-  /// the second; and both at once only where they overlap in one plane. So it is enough that the winding number is larger at one point than the number of groups of
-  /// triangles that meet the tetrahedron, show that point their back, and of which the way meets one at most.
+  /// the second; and both at once only where they overlap in one plane. So it is enough that the winding
+  /// number is larger at one point than the number of groups of triangles that meet the tetrahedron, show
+  /// that point their back, and of which the way meets one at most.
   bool is_solid(const std::array<Vector3, 4>& tetrahedron) const;
   /// Whether one flat wall, and nothing else, meets a box: every triangle that does is of a closed shell,
   /// within `room` [m] of the plane, and faces along its normal, or all face against it. The plane's part in

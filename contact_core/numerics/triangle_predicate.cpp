@@ -12,9 +12,9 @@ using Difference = DifferenceDeterminant::Difference;
 constexpr int kFirstOfB = ExactPair::kFirstOfB;
 
 /// Whether the origin is in a tetrahedron on a given triangle of W. For any four vectors
-/// d0 w0 + d1 w1 + d2 w2 + d3 w3 = 0 with d0 = det[w1 w2 w3], d1 = -det[w0 w2 w3], d2 = det[w0 w1 w3], d3 = -det[w0 w1 w2]
-/// (Cramer). Where all d have one sign or are zero, and some are not, the origin is a convex combination of
-/// the w: with w = b - a, one point is a combination of vertices of A and of B.
+/// d0 w0 + d1 w1 + d2 w2 + d3 w3 = 0 with d0 = det[w1 w2 w3], d1 = -det[w0 w2 w3], d2 = det[w0 w1 w3], d3 =
+/// -det[w0 w1 w2] (Cramer). Where all d have one sign or are zero, and some are not, the origin is a convex
+/// combination of the w: with w = b - a, one point is a combination of vertices of A and of B.
 class OriginInTetrahedron {
  public:
   OriginInTetrahedron(DifferenceDeterminant& determinant, const std::array<Difference, 3>& w)
