@@ -9,6 +9,7 @@
 #include "touchstone/adapters/bullet/backends.hpp"
 #include "touchstone/contact_core/broadphase/swept_sphere.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE {
@@ -142,7 +143,7 @@ class BulletBroadphase final : public Broadphase {
   }
 
  private:
-  static constexpr SolidIndex kNoRow = std::numeric_limits<SolidIndex>::max();
+  static constexpr SolidIndex kNoRow = kNoIndex;
 
   enum class State { built, posed, swept };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "touchstone/contact_core/fit/places.hpp"
+#include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/geometry/orientation.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
@@ -10,8 +11,6 @@ namespace touchstone::mesh_files {
 namespace {
 
 using Triangle = std::array<std::uint32_t, 3>;
-constexpr std::uint32_t kNone = 0xffffffff;
-
 /// Decided exactly. A triangle with an area has a plane, and no plane holds all four of the points below.
 bool has_area(const Vector3& a, const Vector3& b, const Vector3& c) {
   const Vector3 u = b - a, v = c - a;
@@ -27,7 +26,7 @@ bool has_area(const Vector3& a, const Vector3& b, const Vector3& c) {
 /// @return for each triangle kept, its index in the file.
 std::vector<std::uint32_t> take_triangles(const Soup& soup, const ReadTask& task, LoadedMesh& out) {
   std::vector<std::uint32_t> in_file;
-  std::vector<std::uint32_t> place_of(soup.vertices.size(), kNone);
+  std::vector<std::uint32_t> place_of(soup.vertices.size(), kNoIndex);
   Places places(soup.vertices.size());
   std::vector<Vector3>& kept = out.mesh.vertices;
   MeshReport& report = out.report;
@@ -39,7 +38,7 @@ std::vector<std::uint32_t> take_triangles(const Soup& soup, const ReadTask& task
       const std::uint32_t at = soup.triangles[i][k];
       if (at >= soup.vertices.size())
         task.fail_triangle(i, "vertex " + std::to_string(at) + " of " + std::to_string(soup.vertices.size()));
-      if (place_of[at] == kNone) {
+      if (place_of[at] == kNoIndex) {
         const Vector3 place = soup.vertices[at] + Vector3::Zero();  // -0 becomes 0
         if (!is_finite(place)) task.fail_triangle(i, "a coordinate is not finite");
         place_of[at] = places.index_of(place, kept);

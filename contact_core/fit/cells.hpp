@@ -9,6 +9,7 @@
 #include "touchstone/contact_core/fit/prisms.hpp"
 #include "touchstone/contact_core/fit/sectors.hpp"
 #include "touchstone/contact_core/fit/six_planes.hpp"
+#include "touchstone/contact_core/geometry/no_index.hpp"
 
 // Private to contact_core/fit.
 
@@ -29,11 +30,9 @@ class Cells {
     std::uint32_t first = 0;  ///< of its points
     std::uint32_t count = 0;
     bool has_surface = false;
-    std::uint32_t prism = kNone;  ///< that it is a piece of
-    std::uint32_t strip = 0;      ///< of that prism
+    std::uint32_t prism = kNoIndex;  ///< that it is a piece of
+    std::uint32_t strip = 0;         ///< of that prism
   };
-  static constexpr std::uint32_t kNone = 0xffffffff;
-
   /// @param shift of the tree's low corner, a share of the largest cell: where the cuts are is chance, and
   /// how few hexahedra hold all cells depends on it
   Cells(const MeshDistance& mesh, const AllowedSpace& allowed, double over,

@@ -6,6 +6,7 @@
 #include <utility>
 #include "touchstone/contact_core/fit/main_axes.hpp"
 #include "touchstone/contact_core/fit/set_cover.hpp"
+#include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/geometry/norms.hpp"
 
 namespace touchstone::fit {
@@ -285,12 +286,12 @@ bool CoverSearch::grow_prism(std::size_t cell) {
 
 // Whether a candidate's place may be taken.
 bool CoverSearch::may_be(const Candidate& candidate, const SixPlanes& instead) {
-  return candidate.prism == Cells::kNone ? growth_.allows(instead) : is_about(candidate.prism, instead);
+  return candidate.prism == kNoIndex ? growth_.allows(instead) : is_about(candidate.prism, instead);
 }
 
 void CoverSearch::grow_from(std::size_t cell) {
   if (has(settled_, cell)) return;
-  if (cells_.cell(cell).prism != Cells::kNone && grow_prism(cell)) return;
+  if (cells_.cell(cell).prism != kNoIndex && grow_prism(cell)) return;
   const std::vector<Normals> frames = frames_at(cell);
   bool has_grown = false;
   for (const Normals& frame : frames) {
@@ -441,7 +442,7 @@ std::size_t CoverSearch::some_uncovered(const Bits& covered) {
 
 // The same hexahedron with its faces turned outwards may hold more.
 void CoverSearch::improve_best(std::size_t index, const Bits& covered) {
-  if (pool_[index].prism != Cells::kNone) return;  // its sides lean as they hold most
+  if (pool_[index].prism != kNoIndex) return;  // its sides lean as they hold most
   SixPlanes solid = pool_[index].solid;
   growth_.tilt(solid);
   growth_.push(solid, kOrders[6]);
@@ -617,15 +618,14 @@ std::vector<std::vector<std::uint32_t>> CoverSearch::pool_as_sets(std::size_t& e
   }
   std::sort(holders.begin(), holders.end());
   // The first cell of those alike stands for them.
-  constexpr std::uint32_t kNone = 0xffffffffU;
-  std::vector<std::uint32_t> element(cells_.size(), kNone);
+  std::vector<std::uint32_t> element(cells_.size(), kNoIndex);
   std::uint32_t count = 0;
   for (std::size_t i = 0; i < holders.size(); ++i)
     if (i == 0 || holders[i].first != holders[i - 1].first) element[holders[i].second] = count++;
   std::vector<std::vector<std::uint32_t>> sets(pool_.size());
   for (std::size_t i = 0; i < pool_.size(); ++i)
     each_held(i, [&](std::size_t cell) {
-      if (element[cell] != kNone) sets[i].push_back(element[cell]);
+      if (element[cell] != kNoIndex) sets[i].push_back(element[cell]);
     });
   elements = count;
   return sets;

@@ -11,6 +11,7 @@
 #include "touchstone/contact_core/fit/cells.hpp"
 #include "touchstone/contact_core/fit/growth.hpp"
 #include "touchstone/contact_core/fit/mesh_distance.hpp"
+#include "touchstone/contact_core/geometry/no_index.hpp"
 
 // Private to contact_core/fit.
 
@@ -54,8 +55,8 @@ class CoverSearch {
   struct Candidate {
     SixPlanes solid;
     std::vector<Word> held;
-    std::size_t count = 0;               ///< of cells held
-    std::uint32_t prism = Cells::kNone;  ///< that it is a slab of: by that alone it keeps to what is allowed
+    std::size_t count = 0;           ///< of cells held
+    std::uint32_t prism = kNoIndex;  ///< that it is a slab of: by that alone it keeps to what is allowed
   };
   struct Window {
     std::size_t first, last;  ///< strips of a prism

@@ -6,6 +6,7 @@
 
 #include "touchstone/contact_core/fit/triangle_mesh.hpp"
 #include "touchstone/contact_core/geometry/disjoint_sets.hpp"
+#include "touchstone/contact_core/geometry/no_index.hpp"
 
 namespace touchstone {
 
@@ -13,12 +14,12 @@ namespace touchstone {
 /// shows.
 class Places {
  public:
-  explicit Places(std::size_t most) : slots_(std::bit_ceil(2 * most + 2), kNone) {}
+  explicit Places(std::size_t most) : slots_(std::bit_ceil(2 * most + 2), kNoIndex) {}
 
   std::uint32_t index_of(const Vector3& place, std::vector<Vector3>& kept) {
     std::size_t slot = hash(place) & (slots_.size() - 1);
-    while (slots_[slot] != kNone && kept[slots_[slot]] != place) slot = (slot + 1) & (slots_.size() - 1);
-    if (slots_[slot] == kNone) {
+    while (slots_[slot] != kNoIndex && kept[slots_[slot]] != place) slot = (slot + 1) & (slots_.size() - 1);
+    if (slots_[slot] == kNoIndex) {
       slots_[slot] = static_cast<std::uint32_t>(kept.size());
       kept.push_back(place);
     }
@@ -26,8 +27,6 @@ class Places {
   }
 
  private:
-  static constexpr std::uint32_t kNone = 0xffffffff;
-
   static std::size_t hash(const Vector3& place) {
     std::uint64_t h = 0;
     for (int i = 0; i < 3; ++i) {

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "touchstone/contact_core/fit/places.hpp"
+#include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
@@ -58,14 +59,13 @@ TriangleMesh weld(const TriangleMesh& mesh) {
   std::vector<Vector3> distinct;
   std::vector<std::uint32_t> place_of(mesh.vertices.size());
   for (std::size_t i = 0; i < place_of.size(); ++i) place_of[i] = places.index_of(mesh.vertices[i], distinct);
-  constexpr std::uint32_t kUnused = static_cast<std::uint32_t>(-1);
-  std::vector<std::uint32_t> number(distinct.size(), kUnused);  // by first use
+  std::vector<std::uint32_t> number(distinct.size(), kNoIndex);  // by first use
   TriangleMesh welded;
   for (const auto& corners : mesh.triangles) {
     std::array<std::uint32_t, 3> joined{};
     for (int i = 0; i < 3; ++i) {
       std::uint32_t& at = number[place_of[corners[i]]];
-      if (at == kUnused) {
+      if (at == kNoIndex) {
         at = static_cast<std::uint32_t>(welded.vertices.size());
         welded.vertices.push_back(distinct[place_of[corners[i]]]);
       }
@@ -78,11 +78,11 @@ TriangleMesh weld(const TriangleMesh& mesh) {
 
 MeshShells find_shells(const TriangleMesh& mesh) {
   DisjointSets joined = join_corners(mesh);
-  std::vector<std::uint32_t> number(mesh.vertices.size(), static_cast<std::uint32_t>(-1));
+  std::vector<std::uint32_t> number(mesh.vertices.size(), kNoIndex);
   MeshShells shells;
   for (const auto& corners : mesh.triangles) {
     std::uint32_t& shell = number[joined.least_of(corners[0])];
-    if (shell == static_cast<std::uint32_t>(-1)) {
+    if (shell == kNoIndex) {
       shell = static_cast<std::uint32_t>(shells.is_closed.size());
       shells.is_closed.push_back(1);
     }

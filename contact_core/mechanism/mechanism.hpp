@@ -9,6 +9,7 @@
 
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/hexahedron_tree.hpp"
+#include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/scene/scene.hpp"
 
 /// @file
@@ -78,7 +79,7 @@ Pose rigid_frame(const Pose& X);
 /// A checked mechanism: a tree of links held by its base. Immutable; const use from several threads is safe.
 class Mechanism {
  public:
-  static constexpr std::uint32_t kNone = 0xffffffff;
+  static constexpr std::uint32_t kNone = kNoIndex;
 
   /// A link and its place in the tree.
   struct Link {

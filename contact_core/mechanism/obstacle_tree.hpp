@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/geometry/pose.hpp"
 
 namespace touchstone {
@@ -74,7 +75,7 @@ class ObstacleTree {
   }
 
  private:
-  static constexpr std::uint32_t kInner = 0xffffffff;
+  static constexpr std::uint32_t kInner = kNoIndex;
   static constexpr std::size_t kMostLevels = 40;  // halves of at most 2^32
 
   struct Node {

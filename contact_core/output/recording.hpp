@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/output/frame_output.hpp"
 
 namespace touchstone {
@@ -16,7 +17,7 @@ struct RecordedPose {
 
 /// A ContactEvent as recorded. @see ContactEvent for units and signs.
 struct RecordedEvent {
-  static constexpr std::uint32_t kNone = 0xffffffff;
+  static constexpr std::uint32_t kNone = kNoIndex;
 
   EventKind kind;
   std::uint32_t a, b;  ///< b: kNone where the event names no second object

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/mechanism/mechanism.hpp"
 #include "touchstone/physics/bodies/inertia.hpp"
 
@@ -123,7 +124,7 @@ class MechanismDynamics {
            std::span<double> q, std::span<double> qd, Workspace& workspace) const noexcept;
 
  private:
-  static constexpr std::uint32_t kBase = 0xffffffff;
+  static constexpr std::uint32_t kBase = kNoIndex;
 
   /// Links that move as one, outwards from a joint.
   struct Body {

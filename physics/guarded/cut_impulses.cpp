@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/physics/solver/cholesky.hpp"
 
 namespace touchstone::physics {
@@ -35,10 +36,10 @@ CutImpulses::CutImpulses(const SceneSimulation& simulation) : bodies_(simulation
 }
 
 std::uint32_t CutImpulses::unit_of(const SceneSimulation& simulation, const Mover& mover) const {
-  std::uint32_t unit = kNone;
+  std::uint32_t unit = kNoIndex;
   if (mover.kind == Mover::Kind::link) unit = static_cast<std::uint32_t>(bodies_) + mover.index;
   if (mover.kind == Mover::Kind::body && !simulation.world().is_kinematic(mover.index)) unit = mover.index;
-  return unit == kNone || held_[unit] ? kNone : unit;
+  return unit == kNoIndex || held_[unit] ? kNoIndex : unit;
 }
 
 void CutImpulses::take_up(const SceneSimulation& simulation, std::uint32_t index) {
@@ -64,7 +65,7 @@ void CutImpulses::take_up(const SceneSimulation& simulation, std::uint32_t index
 
 /// Fills the side's Jacobian; returns the change of the side's speed by a unit impulse [1/kg].
 double CutImpulses::per_mass_of(Side& side, const Row& row) const {
-  if (side.unit == kNone) return 0.0;
+  if (side.unit == kNoIndex) return 0.0;
   const Unit& unit = units_[side.unit];
   if (side.unit < bodies_) {
     side.n_W = row.n_W;
@@ -92,7 +93,7 @@ void CutImpulses::add(const SceneSimulation& simulation, const Contact& contact)
                               simulation.world().is_kinematic(movers[k]->index) && !held_[movers[k]->index];
     if (is_commanded)
       row.commanded += side.sign * dot(row.n_W, simulation.world().velocity_at(*movers[k], row.p_W));
-    if (side.unit == kNone) continue;
+    if (side.unit == kNoIndex) continue;
     take_up(simulation, side.unit);
     // A mechanism has a Jacobian row J and Y = M^-1 J^T.
     if (side.unit >= bodies_) {
@@ -109,7 +110,7 @@ void CutImpulses::add(const SceneSimulation& simulation, const Contact& contact)
         for (std::size_t i = 0; i < n; ++i) J[i] -= J_[row.sides[0].first + i];
       std::copy(J.begin(), J.end(), Y.begin());
       solve_cholesky(units_[side.unit].L, Y);
-      if (is_same) per_mass = 0.0, row.sides[0].unit = kNone;
+      if (is_same) per_mass = 0.0, row.sides[0].unit = kNoIndex;
     }
     per_mass += per_mass_of(side, row);
   }
@@ -123,7 +124,7 @@ void CutImpulses::add(const SceneSimulation& simulation, const Contact& contact)
 double CutImpulses::speed(const Row& row) const {
   double v = row.commanded;
   for (const Side& side : row.sides) {
-    if (side.unit == kNone) continue;
+    if (side.unit == kNoIndex) continue;
     const Unit& unit = units_[side.unit];
     if (side.unit < bodies_) {
       v += side.sign * (dot(side.n_W, unit.v_W) + dot(side.turn_W, unit.w_W));
@@ -136,7 +137,7 @@ double CutImpulses::speed(const Row& row) const {
 
 void CutImpulses::push(const Row& row, double impulse) {
   for (const Side& side : row.sides) {
-    if (side.unit == kNone) continue;
+    if (side.unit == kNoIndex) continue;
     Unit& unit = units_[side.unit];
     const double x = side.sign * impulse;
     if (side.unit < bodies_) {
@@ -156,7 +157,7 @@ void CutImpulses::give(SceneSimulation& simulation, CutReport& report) {
     ++report.contacts;
     Vector3 sum = Vector3::Zero();
     for (const Side& side : row.sides) {
-      if (side.unit == kNone || side.unit >= bodies_) continue;
+      if (side.unit == kNoIndex || side.unit >= bodies_) continue;
       const Vector3 impulse = (side.sign * row.impulse) * row.n_W;
       sum += impulse;
       RigidBodyState state = world.state(side.unit);

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/physics/scene/scene_simulation.hpp"
 
 namespace touchstone::physics {
@@ -39,8 +40,6 @@ class CutImpulses {
                   double bounce_speed) noexcept;
 
  private:
-  static constexpr std::uint32_t kNone = 0xffffffff;
-
   /// A free body or a mechanism as impulses see it.
   struct Unit {
     bool is_used = false;
@@ -53,7 +52,7 @@ class CutImpulses {
     std::vector<double> L;  // its mass matrix' factor
   };
   struct Side {
-    std::uint32_t unit = kNone;
+    std::uint32_t unit = kNoIndex;
     double sign = 0.0;
     Vector3 n_W = Vector3::Zero(), turn_W = Vector3::Zero();  // a body's Jacobian
     std::size_t first = 0;                                    // a mechanism's row in J_ and Y_

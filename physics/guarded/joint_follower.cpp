@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "touchstone/contact_core/geometry/no_index.hpp"
+
 namespace touchstone::physics {
 namespace {
 
@@ -37,7 +39,7 @@ JointFollower::JointFollower(const SceneSimulation& simulation)
 }
 
 std::uint32_t JointFollower::unit_of(const SceneSimulation& simulation, const Mover& mover) const {
-  if (!is_free(simulation, mover)) return kNone;
+  if (!is_free(simulation, mover)) return kNoIndex;
   return mover.kind == Mover::Kind::body ? mover.index : static_cast<std::uint32_t>(bodies_) + mover.index;
 }
 
@@ -48,7 +50,7 @@ void JointFollower::find_groups(const SceneSimulation& simulation) {
   for (std::uint32_t j = 0; j < joints_; ++j) {
     const WorldJoint& joint = world.world_joint(j);
     const std::uint32_t a = unit_of(simulation, joint.a), b = unit_of(simulation, joint.b);
-    if (!joint.is_on || a == kNone || b == kNone) continue;
+    if (!joint.is_on || a == kNoIndex || b == kNoIndex) continue;
     const std::uint32_t from = std::max(group_[a], group_[b]), to = std::min(group_[a], group_[b]);
     std::replace(group_.begin(), group_.end(), from, to);
   }
@@ -60,7 +62,7 @@ JointSystem::Side JointFollower::side(SceneSimulation& simulation, const Mover& 
   if (mover.kind == Mover::Kind::ground) return {};
   const DynamicsWorld& world = simulation.world();
   const std::uint32_t unit = unit_of(simulation, mover);
-  if (unit == kNone || is_held[unit] != 0) {
+  if (unit == kNoIndex || is_held[unit] != 0) {
     const Pose X =
         mover.kind == Mover::Kind::body ? world.pose(mover.index) : world.link_pose(mover.index, mover.link);
     system_.kinematic.push_back({X, Vector3::Zero(), Vector3::Zero()});
@@ -106,7 +108,7 @@ void JointFollower::fill(SceneSimulation& simulation, std::span<const std::uint8
     const WorldJoint& joint = world.world_joint(j);
     const auto moves = [&](const Mover& mover) {
       const std::uint32_t unit = unit_of(simulation, mover);
-      return unit != kNone && is_cut_[group_[unit]] != 0 && is_held[unit] == 0;
+      return unit != kNoIndex && is_cut_[group_[unit]] != 0 && is_held[unit] == 0;
     };
     if (!joint.is_on || !(moves(joint.a) || moves(joint.b))) continue;
     const JointSystem::Side a = side(simulation, joint.a, is_held), b = side(simulation, joint.b, is_held);

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/physics/joints/joint_system.hpp"
 #include "touchstone/physics/scene/scene_simulation.hpp"
 
@@ -25,8 +26,6 @@ class JointFollower {
   double worst_error(SceneSimulation& simulation);
 
  private:
-  static constexpr std::uint32_t kNone = 0xffffffff;
-
   std::uint32_t unit_of(const SceneSimulation& simulation, const Mover& mover) const;
   void find_groups(const SceneSimulation& simulation);
   void fill(SceneSimulation& simulation, std::span<const std::uint8_t> is_held);

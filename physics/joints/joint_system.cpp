@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "touchstone/contact_core/geometry/matrix3.hpp"
+#include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/geometry/quaternion.hpp"
 #include "touchstone/contact_core/scene/motion.hpp"
 #include "touchstone/physics/bodies/compensated_sum.hpp"
@@ -81,7 +82,7 @@ std::size_t JointSystem::size_of_unit(std::uint32_t unit) const {
 
 std::uint32_t JointSystem::unit_of(const Side& side) const {
   if (side.kind == Side::Kind::body) return side.index;
-  return side.kind == Side::Kind::arm ? static_cast<std::uint32_t>(bodies.size()) + side.index : kNone;
+  return side.kind == Side::Kind::arm ? static_cast<std::uint32_t>(bodies.size()) + side.index : kNoIndex;
 }
 
 // ---- where things are at a stage
@@ -186,7 +187,7 @@ Vector3 JointSystem::turn_acceleration(const Side& side) const {
 void JointSystem::add_side(const Side& side, const BodyJointRow& row, const Vector3& at_W, double sign,
                            Row& out) {
   const std::uint32_t unit = unit_of(side);
-  if (unit == kNone) return;
+  if (unit == kNoIndex) return;
   const std::size_t n = size_of_unit(unit);
   // The unit's part of the row is found, or appended.
   int part = 0;

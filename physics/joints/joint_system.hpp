@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/physics/bodies/mechanism_dynamics.hpp"
 #include "touchstone/physics/bodies/rigid_body.hpp"
 #include "touchstone/physics/bodies/runge_kutta.hpp"
@@ -28,8 +29,6 @@ namespace touchstone::physics {
 /// thread.
 class JointSystem {
  public:
-  static constexpr std::uint32_t kNone = 0xffffffff;
-
   /// A free body in flight.
   struct Body {
     const RigidBody* body;

@@ -4,6 +4,7 @@
 
 #include "touchstone/contact_core/broadphase/native/object_pairs.hpp"
 #include "touchstone/contact_core/broadphase/register_broadphases.hpp"
+#include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/memory/growing_list.hpp"
 #include "touchstone/contact_core/memory/reserve_more.hpp"
 
@@ -32,7 +33,7 @@ class Scene {
     if (tree != nullptr) forest_.insert(object);
     object_pairs_.set_object(object);
     take_room();
-    gathered_ = others_of_ = kNone;
+    gathered_ = others_of_ = kNoIndex;
   }
 
   void find_partners(SolidIndex solid, std::vector<SolidIndex>& out) noexcept {
@@ -110,7 +111,7 @@ class Scene {
 
   template <class Place>
   void take(bool all, std::span<const std::uint32_t> moved, const Place& place_object) noexcept {
-    gathered_ = others_of_ = kNone;
+    gathered_ = others_of_ = kNoIndex;
     note_moved(all, moved);
     if (all) {
       is_placed_ = true;
@@ -156,7 +157,7 @@ class Scene {
       out.push_back({bounds_.first_solid(object), bounds_.first_solid(higher)});
       return;
     }
-    gathered_ = kNone;
+    gathered_ = kNoIndex;
     const SolidIndex end = bounds_.first_solid(object) + bounds_.solids_of(object);
     for (SolidIndex a = bounds_.first_solid(object); a < end; ++a) {
       partners_.clear();
@@ -207,16 +208,14 @@ class Scene {
     }
   }
 
-  static constexpr SolidIndex kNone = 0xFFFFFFFF;
-
   SolidBounds bounds_;
   ObjectForest forest_;
   ObjectPairs object_pairs_;
   TaskRunner* threads_;
   bool is_placed_ = false;
-  SolidIndex gathered_ = kNone;  // whose partners find_pairs holds, kept for the next block
+  SolidIndex gathered_ = kNoIndex;  // whose partners find_pairs holds, kept for the next block
   std::vector<SolidIndex> partners_;
-  std::uint32_t others_of_ = kNone;  // whose others_ are, kept for the object's next solid
+  std::uint32_t others_of_ = kNoIndex;  // whose others_ are, kept for the object's next solid
   std::vector<std::uint32_t> others_;
   // By the last update: all objects, or these, each once.
   bool all_moved_ = true;

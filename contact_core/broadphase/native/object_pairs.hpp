@@ -2,6 +2,7 @@
 
 #include "touchstone/contact_core/broadphase/native/object_forest.hpp"
 #include "touchstone/contact_core/broadphase/native/pair_list.hpp"
+#include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/memory/growing_list.hpp"
 
 namespace touchstone {
@@ -38,7 +39,7 @@ class ObjectPairs {
 
   void make_room(std::uint32_t objects);
   void set_count(std::uint32_t objects);
-  void start_frame() noexcept { gathered_ = kNone, rows_asked_ = 0, is_crowded_ = false; }
+  void start_frame() noexcept { gathered_ = kNoIndex, rows_asked_ = 0, is_crowded_ = false; }
   void note_changes(std::span<const std::uint32_t> moved) noexcept;
   void forget_changes() noexcept;
   void make_list() noexcept;
@@ -53,7 +54,6 @@ class ObjectPairs {
   void sort_row() noexcept;
   TreeJoin join_with(int tree) const { return {forest_.tree(ObjectForest::kMoving), forest_.tree(tree)}; }
 
-  static constexpr std::uint32_t kNone = 0xFFFFFFFF;
   static constexpr std::uint32_t kFew = ObjectForest::kFew;
   // Share of rows that are asked for one by one before the list is made: one in this many.
   static constexpr std::uint32_t kRowsAskedFirst = 256;
@@ -74,7 +74,7 @@ class ObjectPairs {
   std::vector<SolidPair> fresh_;
   std::uint32_t rows_asked_ = 0;
   bool is_crowded_ = false;  // in the last row that was asked for by itself, most objects were partners
-  std::uint32_t gathered_ = kNone;  // the row in row_
+  std::uint32_t gathered_ = kNoIndex;  // the row in row_
   std::vector<std::uint32_t> row_;
   GrowingList<std::uint64_t> marks_;  // a bit an object, all 0 between rows
   std::size_t row_end_ = 0;           // of the row of list_ read last

@@ -11,6 +11,7 @@
 #include "touchstone/contact_core/broadphase/native/float_frame.hpp"
 #include "touchstone/contact_core/broadphase/native/morton_sort.hpp"
 #include "touchstone/contact_core/broadphase/world_spheres.hpp"
+#include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/memory/growing_list.hpp"
 #include "touchstone/contact_core/threads/task_runner.hpp"
 
@@ -40,7 +41,7 @@ class ObjectTree {
     Ints highest_object;     // -1: no child
   };
 
-  static constexpr std::uint32_t kNoObject = 0xFFFFFFFF;
+  static constexpr std::uint32_t kNoObject = kNoIndex;
 
   /// A number of slots with room for growth.
   static std::uint32_t room_for(std::uint32_t objects) {

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/memory/growing_list.hpp"
 #include "touchstone/contact_core/memory/reserve_more.hpp"
 
@@ -14,8 +15,6 @@ namespace touchstone {
 /// The roots that other movers take along in a frame, and their leaders; by slots.
 class Followers {
  public:
-  static constexpr std::uint32_t kNone = 0xffffffff;
-
   /// The leader that a root goes along with, and the leader's link; 0 for a rigid leader.
   struct Lead {
     std::uint32_t root, link;
@@ -26,7 +25,7 @@ class Followers {
   /// @param anew forgets all leaders.
   void take_room(std::size_t slots, bool anew) {
     if (anew) *this = {};
-    resize_more(leader_of_, slots, kNone), resize_more(claim_of_, slots, {kNone, 0});
+    resize_more(leader_of_, slots, kNoIndex), resize_more(claim_of_, slots, {kNoIndex, 0});
     for (GrowingList<std::uint8_t>* flags : {&is_commanded_, &is_disputed_, &is_blocked_})
       resize_more(*flags, slots);
     for (std::vector<std::uint32_t>* roots : {&followers_, &claimed_}) reserve_more(*roots, slots);
@@ -34,7 +33,7 @@ class Followers {
   /// A frame begins. @param commanded_before of the last one. @param commanded roots with a command of their
   /// own.
   void begin(std::span<const std::uint32_t> commanded_before, std::span<const std::uint32_t> commanded) {
-    for (const std::uint32_t root : followers_) leader_of_[root] = kNone;
+    for (const std::uint32_t root : followers_) leader_of_[root] = kNoIndex;
     followers_.clear();
     for (const std::uint32_t root : commanded_before) is_commanded_[root] = 0;
     for (const std::uint32_t root : commanded) is_commanded_[root] = 1;
@@ -45,7 +44,7 @@ class Followers {
   std::span<const std::uint32_t> all() const { return followers_; }
   /// The root by whose motion this one goes: its own, unless it goes along.
   std::uint32_t leader_of(std::uint32_t root) const {
-    return leader_of_[root] == kNone ? root : leader_of_[root];
+    return leader_of_[root] == kNoIndex ? root : leader_of_[root];
   }
   bool is_followed(std::uint32_t root) const {
     return std::any_of(followers_.begin(), followers_.end(),
@@ -63,8 +62,8 @@ class Followers {
   /// A leader claims a root. Claims come in any order, and may come more than once.
   void claim(const Lead& lead, std::uint32_t root) {
     Lead& wanted = claim_of_[root];
-    if (wanted.root == kNone) claimed_.push_back(root);
-    const bool is_disputed = wanted.root != kNone && wanted != lead;
+    if (wanted.root == kNoIndex) claimed_.push_back(root);
+    const bool is_disputed = wanted.root != kNoIndex && wanted != lead;
     wanted = is_disputed || is_disputed_[root] ? Lead{root, 0} : lead;
     is_disputed_[root] = is_disputed_[root] || is_disputed;
   }
@@ -76,7 +75,7 @@ class Followers {
     bool any = false;
     for (const std::uint32_t root : claimed_) {
       const Lead lead = claim_of_[root];
-      claim_of_[root] = {kNone, 0};
+      claim_of_[root] = {kNoIndex, 0};
       if (is_disputed_[root]) continue;
       leader_of_[root] = lead.root;
       followers_.push_back(root);
@@ -89,7 +88,7 @@ class Followers {
   }
 
  private:
-  GrowingList<std::uint32_t> leader_of_;  // by slot; kNone: it goes by itself, or not at all
+  GrowingList<std::uint32_t> leader_of_;  // by slot; kNoIndex: it goes by itself, or not at all
   std::vector<std::uint32_t> followers_;
   GrowingList<Lead> claim_of_;                                         // by slot: whom it is to go along with
   std::vector<std::uint32_t> claimed_;                                 // slots

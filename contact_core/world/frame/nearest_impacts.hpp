@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/memory/growing_list.hpp"
 #include "touchstone/contact_core/memory/reserve_more.hpp"
 #include "touchstone/contact_core/world/model/frame_lanes.hpp"
@@ -52,7 +53,7 @@ class NearestImpacts {
                     MayGoOn may_go_on);
 
  private:
-  static constexpr std::uint32_t kNotAsked = 0xffffffff;
+  static constexpr std::uint32_t kNotAsked = kNoIndex;
 
   /// A pair that has to be asked about: by mover, the nearest first.
   struct Opened {

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cmath>
 
+#include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/memory/reserve_more.hpp"
 #include "touchstone/contact_core/world/frame/level_search.hpp"
 
@@ -478,7 +479,7 @@ void WatchedPairs::watch_again(WorldModel& model, const SolidPair& pair) {
   if (!may_be_watched(model, pair)) return;
   WatchedPair watch{pair.a, pair.b, model.link_pair_index(pair), kNotKnown};
   const std::uint32_t before = pairs_before_.find(pair);
-  if (before != PairWatch::kNone)
+  if (before != kNoIndex)
     watch.clear_until = pairs_before_[before].clear_until, watch.axis_W = pairs_before_[before].axis_W;
   open(model, pair.a), open(model, pair.b);
   unclear_.push_back(pairs_.add(watch));

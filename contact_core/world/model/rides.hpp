@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/geometry/pose.hpp"
 #include "touchstone/contact_core/memory/growing_list.hpp"
 #include "touchstone/contact_core/memory/reserve_more.hpp"
@@ -12,14 +13,12 @@ namespace touchstone {
 /// Objects that go along with a link of a mechanism for a frame: see slide/shove.hpp.
 class Rides {
  public:
-  static constexpr std::uint32_t kNone = 0xffffffff;
-
   struct Ride {
     using MovesByBits = Ride;  ///< see kMovesByBits
 
-    std::uint32_t lead = kNone;  ///< slot that stands for the mechanism; none: it goes with no link
-    std::uint32_t link = kNone;  ///< MechanismMover::rigid_with of the link, by which it goes
-    Pose X_LR;                   ///< of the object in the link
+    std::uint32_t lead = kNoIndex;  ///< slot that stands for the mechanism; none: it goes with no link
+    std::uint32_t link = kNoIndex;  ///< MechanismMover::rigid_with of the link, by which it goes
+    Pose X_LR;                      ///< of the object in the link
 
     friend class Rides;
 
@@ -36,7 +35,9 @@ class Rides {
   void forget(std::uint32_t root) { rides_[root] = {}; }
 
   /// The ride of a root, or null.
-  const Ride* find(std::uint32_t root) const { return rides_[root].lead == kNone ? nullptr : &rides_[root]; }
+  const Ride* find(std::uint32_t root) const {
+    return rides_[root].lead == kNoIndex ? nullptr : &rides_[root];
+  }
   /// Begins a ride at the current poses. An object that stands where its last ride on the same link left it
   /// keeps its place in the link, so that a thousand rides round no more than one.
   void begin(std::uint32_t root, std::uint32_t lead, std::uint32_t link, const Pose& X_WL, const Pose& X_WR) {
@@ -49,7 +50,7 @@ class Rides {
   void note_place(std::uint32_t root, const Pose& X_WL, const Pose& X_WR) {
     rides_[root].X_WL_ = X_WL, rides_[root].X_WR_ = X_WR;
   }
-  void end(std::uint32_t root) { rides_[root].lead = kNone; }
+  void end(std::uint32_t root) { rides_[root].lead = kNoIndex; }
 
  private:
   GrowingList<Ride> rides_;  // by slot

@@ -2,12 +2,11 @@
 
 #include <algorithm>
 
+#include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/memory/reserve_more.hpp"
 
 namespace touchstone {
 namespace {
-
-constexpr std::uint32_t kNone = 0xffffffff;
 
 /// Each two links of a mechanism have a place in Travels::of_link_pair.
 void number_own_pairs(WorldModel& model) {
@@ -77,7 +76,7 @@ void take_room(WorldModel& model, bool anew) {
   // A place for each object.
   size(model.paths, slots, CarriedPath(RigidPath(), model.objects.poses_in_body()));
   size(model.stops, slots, 1.0), size(model.in_motion, slots, std::uint8_t{0});
-  size(model.member_root, slots, kNone);
+  size(model.member_root, slots, kNoIndex);
   model.rides.take_room(slots, anew);
   reserve_more(model.members, slots);
   // A place for each solid, and both for how far each travels.
@@ -100,7 +99,7 @@ void take_room(WorldModel& model, bool anew) {
 
 void place_all(WorldModel& model) {
   model.members.clear();
-  model.member_root.assign(model.layout.slots(), kNone);
+  model.member_root.assign(model.layout.slots(), kNoIndex);
   model.furthest = model.largest_extent = 0.0;
   for (std::uint32_t slot = 0; slot < model.layout.slots(); ++slot) {
     if (!model.layout.is_alive(slot)) continue;
@@ -116,7 +115,7 @@ void change_body(WorldModel& model, std::uint32_t slot) {
   const auto leave = std::pair{model.member_root[slot], slot};
   const auto place = std::lower_bound(members.begin(), members.end(), leave);
   if (place != members.end() && *place == leave) members.erase(place);
-  model.member_root[slot] = kNone;
+  model.member_root[slot] = kNoIndex;
   if (!model.layout.is_alive(slot)) return;
   const auto join = std::pair{model.member_root[slot] = model.objects[slot].root, slot};
   members.insert(std::lower_bound(members.begin(), members.end(), join), join);

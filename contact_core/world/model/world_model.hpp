@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/geometry/norms.hpp"
 #include "touchstone/contact_core/memory/growing_list.hpp"
 #include "touchstone/contact_core/motion/narrowphase_query.hpp"
@@ -173,7 +174,7 @@ Impact impact_of(const WorldModel& model, NarrowphaseQuery& query, FramePair& pa
 
 /// In place of a root: of a pair that depends on no other; of one that two mechanisms in motion share, which
 /// are seen from one another.
-inline constexpr std::uint32_t kAlone = 0xffffffff;
+inline constexpr std::uint32_t kAlone = kNoIndex;
 inline constexpr std::uint32_t kInTurn = 0xfffffffe;
 /// The root whose pairs have to be taken in turn with this one: of a mechanism, as it is seen from its links,
 /// also of what these take along; else of the only one of the two in motion, which may be stopped by what

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/mechanism/joint_space.hpp"
 #include "touchstone/contact_core/mechanism/relative_paths.hpp"
 #include "touchstone/contact_core/world/contact_world.hpp"
@@ -31,7 +32,7 @@ struct MechanismMover final : PathViews {
   std::vector<std::uint32_t> slot_of_link;  ///< kNone: no hexahedra
   std::vector<std::uint32_t> rigid_with;    ///< by link: the innermost one that no joint moves it against
   std::vector<Pose> X_WL;                   ///< actual, by link
-  std::uint32_t lead = 0xffffffff;          ///< slot that stands for all
+  std::uint32_t lead = kNoIndex;            ///< slot that stands for all
   MechanismPath path;                       ///< of this frame, or sub-step of a slide
   RelativePaths relative;
   JointFrame frame;  ///< of a slide

@@ -6,13 +6,13 @@
 #include <iterator>
 #include <utility>
 
+#include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/memory/reserve_more.hpp"
 
 namespace touchstone {
 namespace {
 
-constexpr std::uint32_t kNone = 0xffffffff;
 constexpr std::uint32_t kMostGroups = 64;
 
 std::uint32_t solid_index(const HexahedronTree& tree, std::string_view name) {
@@ -70,7 +70,7 @@ ObjectHandle ObjectTable::add(ObjectDescription description) {
   added.alive = true;
   added.X_WO = added.commanded = description.X_WO;
   added.description = std::move(description);
-  added.carrier = kNone;
+  added.carrier = kNoIndex;
   const std::uint32_t slot = free_slot(added);
   ObjectRecord& record = records_[slot];
   const std::uint32_t generation = record.generation + 1;
@@ -118,10 +118,10 @@ void ObjectTable::join_groups(std::uint32_t slot) {
 void ObjectTable::check_removable(ObjectHandle object) const {
   const std::uint32_t slot = slot_of(object);
   const ObjectRecord& record = records_[slot];
-  if (record.carrier != kNone)
+  if (record.carrier != kNoIndex)
     throw InputError("object '" + record.name() + "' is latched to '" + records_[record.carrier].name() +
                      "': unlatch it before it is removed");
-  if (record.first_carried != kNone)
+  if (record.first_carried != kNoIndex)
     throw InputError("object '" + record.name() + "' carries '" + records_[record.first_carried].name() +
                      "': unlatch it before it is removed");
 }
@@ -192,13 +192,13 @@ void ObjectTable::unexempt(const Exemption& pair) {
 
 void ObjectTable::check_latch(std::uint32_t carrier, std::uint32_t carried) const {
   const ObjectRecord& record = records_[carried];
-  if (record.carrier != kNone)
+  if (record.carrier != kNoIndex)
     throw InputError("object '" + record.name() + "' is already latched to '" +
                      records_[record.carrier].name() + "'");
   if (record.is_static()) throw InputError("object '" + record.name() + "' is static and cannot be carried");
   if (record.is_link())
     throw InputError("object '" + record.name() + "' is a link of a mechanism and cannot be carried");
-  for (std::uint32_t i = carrier; i != kNone; i = records_[i].carrier)
+  for (std::uint32_t i = carrier; i != kNoIndex; i = records_[i].carrier)
     if (i == carried)
       throw InputError("latching '" + record.name() + "' to '" + records_[carrier].name() +
                        "' would close a cycle");
@@ -221,13 +221,13 @@ void ObjectTable::unlink(std::uint32_t carried) {
   std::uint32_t* place = &records_[record.carrier].first_carried;
   while (*place != carried) place = &records_[*place].next_carried;
   *place = record.next_carried;
-  record.carrier = record.next_carried = kNone;
+  record.carrier = record.next_carried = kNoIndex;
   while (!record.allowed.empty()) drop_exemption(SolidExemption(record.allowed.back()));
 }
 
 void ObjectTable::unlatch(ObjectHandle carried) {
   const ObjectRecord& record = records_[slot_of(carried)];
-  if (record.carrier == kNone) throw InputError("object '" + record.name() + "' is not latched");
+  if (record.carrier == kNoIndex) throw InputError("object '" + record.name() + "' is not latched");
   unlink(carried.slot);
   find_bodies(carried.slot);
 }
@@ -240,7 +240,7 @@ void ObjectTable::find_bodies(std::uint32_t slot) {
     left.pop_back();
     std::uint32_t body = next;
     Pose X_BO;
-    while (records_[body].carrier != kNone) {
+    while (records_[body].carrier != kNoIndex) {
       X_BO = compose(X_CO_[body], X_BO);
       body = records_[body].carrier;
     }
@@ -248,7 +248,7 @@ void ObjectTable::find_bodies(std::uint32_t slot) {
     records_[next].root = records_[body].is_link() ? records_[body].lead : body;
     X_BO_[next] = X_BO;
     note(changes_.rebodied, next, kRebodied);
-    for (std::uint32_t child = records_[next].first_carried; child != kNone;
+    for (std::uint32_t child = records_[next].first_carried; child != kNoIndex;
          child = records_[child].next_carried)
       left.push_back(child);
   }
@@ -259,7 +259,7 @@ void ObjectTable::reset() {
     ObjectRecord& record = records_[slot];
     if (!record.alive) continue;
     record.X_WO = record.commanded = record.description.X_WO;
-    if (record.carrier == kNone) continue;
+    if (record.carrier == kNoIndex) continue;
     unlink(slot);
   }
   for (std::uint32_t slot = 0; slot < size(); ++slot)
@@ -275,7 +275,7 @@ bool ObjectTable::is_alive(ObjectHandle object) const {
 bool ObjectTable::may_move(ObjectHandle object) const {
   if (!is_alive(object)) return false;
   const ObjectRecord& record = records_[object.slot];
-  return !record.is_static() && !record.is_link() && record.carrier == kNone;
+  return !record.is_static() && !record.is_link() && record.carrier == kNoIndex;
 }
 
 std::uint32_t ObjectTable::slot_of(ObjectHandle object) const {

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/memory/growing_list.hpp"
 #include "touchstone/contact_core/memory/record_list.hpp"
 #include "touchstone/contact_core/world/contact_world.hpp"
@@ -34,22 +35,22 @@ struct ObjectRecord {
   bool alive = false;
   Pose X_WO;  ///< actual
   Pose commanded;
-  std::uint32_t carrier = 0xffffffff;  ///< slot it is latched to, or none
+  std::uint32_t carrier = kNoIndex;  ///< slot it is latched to, or none
   std::uint32_t body = 0;  ///< slot of what it is rigid with: itself, or the end of its chain of carriers
   std::uint32_t root = 0;  ///< slot of what it moves with: its body, or its body's mechanism's lead
-  std::uint32_t mechanism = 0xffffffff;      ///< index of the mechanism that it is a link of, or none
-  std::uint32_t link = 0;                    ///< of that mechanism
-  std::uint32_t lead = 0;                    ///< the slot that stands for the whole mechanism
-  std::uint64_t groups = 0;                  ///< bit per group
-  std::uint32_t first_carried = 0xffffffff;  ///< slot of one that is latched to it, or none; of that one's
-  std::uint32_t next_carried = 0xffffffff;   ///< carrier, the next one
-  std::vector<SolidExemption> exemptions;    ///< that name it
-  std::vector<SolidExemption> allowed;       ///< that end with its latch
+  std::uint32_t mechanism = kNoIndex;      ///< index of the mechanism that it is a link of, or none
+  std::uint32_t link = 0;                  ///< of that mechanism
+  std::uint32_t lead = 0;                  ///< the slot that stands for the whole mechanism
+  std::uint64_t groups = 0;                ///< bit per group
+  std::uint32_t first_carried = kNoIndex;  ///< slot of one that is latched to it, or none; of that one's
+  std::uint32_t next_carried = kNoIndex;   ///< carrier, the next one
+  std::vector<SolidExemption> exemptions;  ///< that name it
+  std::vector<SolidExemption> allowed;     ///< that end with its latch
 
   const std::string& name() const { return description.tree->name(); }
   bool is_static() const { return description.is_static; }
   bool is_root(std::uint32_t slot) const { return root == slot; }
-  bool is_link() const { return mechanism != 0xffffffff; }
+  bool is_link() const { return mechanism != kNoIndex; }
 };
 
 /// Changes of the objects since they were last taken up, each slot named once. Its size is bounded: beyond

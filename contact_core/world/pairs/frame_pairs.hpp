@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/memory/growing_list.hpp"
 #include "touchstone/contact_core/motion/impact.hpp"
 #include "touchstone/contact_core/world/contact_world.hpp"
@@ -18,7 +19,7 @@ struct Moment {
   double s;
   PairGeometry geometry;
 };
-inline constexpr std::uint32_t kNoMoment = 0xffffffff;
+inline constexpr std::uint32_t kNoMoment = kNoIndex;
 inline constexpr double kNotStopped = -1.0;
 
 /// The distances that decide about a pair [m].

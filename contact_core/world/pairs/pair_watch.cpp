@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/memory/reserve_more.hpp"
 
 namespace touchstone {
@@ -11,26 +12,26 @@ void PairWatch::reserve(std::size_t pairs) {
 }
 
 void PairWatch::set_solids(std::size_t solids) {
-  if (solids != first_.size()) resize_more(first_, solids, kNone);
+  if (solids != first_.size()) resize_more(first_, solids, kNoIndex);
 }
 
 void PairWatch::clear() {
   pairs_.clear(), links_.clear(), free_.clear();
-  std::fill(first_.begin(), first_.end(), kNone);
+  std::fill(first_.begin(), first_.end(), kNoIndex);
   count_ = 0;
 }
 
 void PairWatch::put_in(std::uint32_t place, SolidIndex solid) {
   const std::uint32_t next = first_[solid];
-  links_[place] = {next, kNone};
-  if (next != kNone) links_[next].previous = place;
+  links_[place] = {next, kNoIndex};
+  if (next != kNoIndex) links_[next].previous = place;
   first_[solid] = place;
 }
 
 void PairWatch::take_out(std::uint32_t place, SolidIndex solid) {
   const auto [next, previous] = links_[place];
-  if (next != kNone) links_[next].previous = previous;
-  (previous != kNone ? links_[previous].next : first_[solid]) = next;
+  if (next != kNoIndex) links_[next].previous = previous;
+  (previous != kNoIndex ? links_[previous].next : first_[solid]) = next;
 }
 
 std::uint32_t PairWatch::add(const WatchedPair& pair) {
@@ -58,9 +59,9 @@ void PairWatch::remove(std::uint32_t index) {
 }
 
 std::uint32_t PairWatch::find(const SolidPair& pair) const {
-  for (std::uint32_t place = first_[pair.a]; place != kNone; place = links_[place].next)
+  for (std::uint32_t place = first_[pair.a]; place != kNoIndex; place = links_[place].next)
     if (place % 2 == 0 && pairs_[place / 2].b == pair.b) return place / 2;
-  return kNone;
+  return kNoIndex;
 }
 
 }  // namespace touchstone

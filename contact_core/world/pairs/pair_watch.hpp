@@ -5,12 +5,13 @@
 #include <vector>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/memory/growing_list.hpp"
 #include "touchstone/contact_core/narrowphase/narrowphase.hpp"
 
 namespace touchstone {
 
-inline constexpr std::uint32_t kNoLinkPair = 0xffffffff;
+inline constexpr std::uint32_t kNoLinkPair = kNoIndex;
 inline constexpr double kNotKnown = -1.0;
 
 /// Two solids that may come near while neither exceeds its limit (see Travels).
@@ -31,8 +32,6 @@ struct WatchedPair {
 /// reserved.
 class PairWatch {
  public:
-  static constexpr std::uint32_t kNone = 0xffffffff;
-
   /// Makes room for this many, and more (reserve_more.hpp).
   void reserve(std::size_t pairs);
   /// From now on solids below this may be named; those there are keep their pairs.
@@ -43,12 +42,12 @@ class PairWatch {
   /// @pre a < b; the two are not watched yet. @returns its index.
   std::uint32_t add(const WatchedPair& pair);
   void remove(std::uint32_t index);
-  /// kNone: not watched.
+  /// kNoIndex: not watched.
   std::uint32_t find(const SolidPair& pair) const;
 
   /// All indices are below.
   std::uint32_t size() const { return static_cast<std::uint32_t>(pairs_.size()); }
-  bool has_any_of(SolidIndex solid) const { return first_[solid] != kNone; }
+  bool has_any_of(SolidIndex solid) const { return first_[solid] != kNoIndex; }
   std::uint32_t count() const { return count_; }  ///< of the pairs that are watched
   bool is_used(std::uint32_t index) const { return pairs_[index].a != pairs_[index].b; }
   WatchedPair& operator[](std::uint32_t index) { return pairs_[index]; }
@@ -58,7 +57,7 @@ class PairWatch {
   /// Calls visit(index) for each pair of the solid, in no order. visit() may remove that pair, and no other.
   template <class Visit>
   void for_each_of(SolidIndex solid, Visit visit) const {
-    for (std::uint32_t place = first_[solid]; place != kNone;) {
+    for (std::uint32_t place = first_[solid]; place != kNoIndex;) {
       const std::uint32_t index = place / 2;
       place = links_[place].next;
       visit(index);

@@ -1,9 +1,9 @@
 #include "touchstone/contact_core/world/pairs/selection_state.hpp"
 
+#include "touchstone/contact_core/geometry/no_index.hpp"
+
 namespace touchstone {
 namespace {
-
-constexpr std::uint32_t kNone = 0xffffffff;
 
 /// Puts `value` into a sorted list, or takes it out.
 template <class T>
@@ -44,7 +44,7 @@ bool Selection::apply(const SelectionChange& change, const ObjectTable& objects,
       if (!mechanisms.is_alive(change.mechanism)) return false;
       // A mechanism is switched by its links.
       for (const std::uint32_t slot : mechanisms.get(change.mechanism).slot_of_link)
-        if (slot != kNone) set_member(objects_off_, slot, !change.on);
+        if (slot != kNoIndex) set_member(objects_off_, slot, !change.on);
       return true;
   }
   return false;

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <tuple>
 
+#include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/memory/reserve_more.hpp"
 #include "touchstone/contact_core/motion/clear_stretch.hpp"
 #include "touchstone/contact_core/world/slide/slide_reach.hpp"
@@ -99,13 +100,13 @@ std::span<const std::uint32_t> SlidePairs::begin(WorldModel& model, const Slider
 }
 
 void SlidePairs::renumber(const PairWatch& watched) {
-  pair_of_.assign(watched.size(), kNone);
+  pair_of_.assign(watched.size(), kNoIndex);
   is_near_.assign(watched.size(), 0);
   passed_on_.assign(watched.size(), 0);
   for (std::uint32_t i = 0; i < pairs_.size(); ++i) {
-    pairs_[i].watch = kNone;
+    pairs_[i].watch = kNoIndex;
     const std::uint32_t watch = watched.find(pairs_[i].solids);
-    if (watch == PairWatch::kNone) continue;
+    if (watch == kNoIndex) continue;
     pairs_[i].watch = watch;
     pair_of_[watch] = i;
   }
@@ -162,11 +163,11 @@ void SlidePairs::for_each_of(const Slider& slider, Visit visit) const {
   for (std::uint32_t i = range->begin; i < range->end; ++i) visit(met_[i]);
 }
 
-/// Its index in pairs_, or kNone where it is not checked.
+/// Its index in pairs_, or kNoIndex where it is not checked.
 std::uint32_t SlidePairs::take_in(const WorldModel& model, const PairWatch& watched, std::uint32_t watch) {
   std::uint32_t& index = pair_of_[watch];
   const SolidPair pair = watched.solids(watch);
-  if (index == kNone && model.is_checked(pair)) {
+  if (index == kNoIndex && model.is_checked(pair)) {
     index = static_cast<std::uint32_t>(pairs_.size());
     pairs_.push_back(model.frame_pair(pair));
     pairs_.back().watch = watch;
@@ -206,7 +207,7 @@ void SlidePairs::find_close(const Scope& scope) {
   take_in_all(scope, found);
   close_.clear();
   for (const GatheredPair& each : found)
-    if (const std::uint32_t index = pair_of_[each.watch]; index != kNone) close_.push_back(index);
+    if (const std::uint32_t index = pair_of_[each.watch]; index != kNoIndex) close_.push_back(index);
 }
 
 /// As take_in(), of many.
@@ -214,7 +215,7 @@ void SlidePairs::take_in_all(const Scope& scope, std::span<const GatheredPair> f
   WorldModel& model = scope.model;
   taken_in_.assign(found.size(), 0);
   scope.lanes.for_each(found.size(), kPairsAtOnce, [&](NarrowphaseQuery&, std::size_t i) {
-    taken_in_[i] = pair_of_[found[i].watch] == kNone && model.is_checked(found[i].solids);
+    taken_in_[i] = pair_of_[found[i].watch] == kNoIndex && model.is_checked(found[i].solids);
   });
   const std::size_t before = pairs_.size();
   for (std::size_t i = 0; i < found.size(); ++i)
@@ -304,11 +305,11 @@ void SlidePairs::keep_unclear(const Scope& scope) {
     WatchedPair& watch = watched[pair.watch];
     const double last = model.last_travel(pair.solids, pair.link_pair);
     const double standing = model.travelled(pair.solids, pair.link_pair) * kDown - last * (1.0 + 0x1p-19);
-    if (is_apart_by_axis(model, watch, pair, standing, last)) watches_[i] = kNone;
+    if (is_apart_by_axis(model, watch, pair, standing, last)) watches_[i] = kNoIndex;
   });
   open_.clear();
   for (std::size_t i = 0; i < close_.size(); ++i)
-    if (watches_[i] != kNone) open_.push_back(close_[i]);
+    if (watches_[i] != kNoIndex) open_.push_back(close_[i]);
 }
 
 /// @returns false: the two are further apart than they could come.
@@ -367,7 +368,7 @@ void SlidePairs::take_in_reached(const Scope& scope, std::span<const std::uint8_
   });
   const std::size_t before = pairs_.size();
   for (std::size_t i = 0; i < met_.size(); ++i)
-    if (taken_in_[i] && pair_of_[met_[i]] == kNone) put_in(scope.watched.solids(met_[i]), met_[i]);
+    if (taken_in_[i] && pair_of_[met_[i]] == kNoIndex) put_in(scope.watched.solids(met_[i]), met_[i]);
   fill_in(scope, before);
 }
 
@@ -377,7 +378,7 @@ void SlidePairs::find_near_taken_in(const Scope& scope, NarrowphaseQuery& query,
   for_each_of(slider, [&](std::uint32_t index) {
     if (!is_reached(scope, slider, scope.watched[index])) return;
     const std::uint32_t source = pair_of_[index];
-    if (source == kNone || pairs_[source].rule.policy != ContactPolicy::slide) return;
+    if (source == kNoIndex || pairs_[source].rule.policy != ContactPolicy::slide) return;
     NearPair near;
     if (make_near(scope, query, slider, source, near)) out.push_back(near);
   });
@@ -399,7 +400,7 @@ void SlidePairs::find_near(const Scope& scope, const Slider& slider) {
     if (!may_go_on) return;
     if (!is_reached(scope, slider, scope.watched[index])) return;
     const std::uint32_t source = take_in(model, scope.watched, index);
-    if (source == kNone || pairs_[source].rule.policy != ContactPolicy::slide) return;
+    if (source == kNoIndex || pairs_[source].rule.policy != ContactPolicy::slide) return;
     may_go_on = scope.meter.may_go_on();
     if (may_go_on) add_near(scope, slider, source);
   });
@@ -454,7 +455,7 @@ void SlidePairs::gather_on_path(const Scope& scope, const Slider& slider) {
   std::sort(unclear_.begin(), unclear_.end());
   for (const GatheredPair& found : unclear_) {
     const std::uint32_t source = take_in(model, scope.watched, found.watch);
-    if (source == kNone) continue;
+    if (source == kNoIndex) continue;
     FramePair& met = pairs_[source];
     WatchedPair& watch = scope.watched[found.watch];
     const double approach = approach_of(watch);
@@ -489,7 +490,7 @@ bool SlidePairs::add_held(const Scope& scope, const Slider& slider) {
   const std::size_t before = near_.size();
   for (const HeldPair& held : held_) {
     const std::uint32_t watch = pairs_[held.source].watch;
-    if (held.root != slider.root || watch == kNone || is_near_[watch]) continue;
+    if (held.root != slider.root || watch == kNoIndex || is_near_[watch]) continue;
     is_near_[watch] = 1;
     add_near(scope, slider, held.source);
   }
@@ -512,7 +513,7 @@ void merge_slide_pairs(WorldModel& model, PairWatch& watched, std::span<const Co
   const auto by_solids = [](const FramePair& a, const FramePair& b) { return a.solids < b.solids; };
   const std::size_t known = pairs.size();
   for (FramePair& met : met_pairs) {
-    if (met.watch != SlidePairs::kNone) met.clear_until = watched[met.watch].clear_until;
+    if (met.watch != kNoIndex) met.clear_until = watched[met.watch].clear_until;
     // A pair that the frame knows already keeps its entry and takes the slide's moments.
     const auto end = pairs.begin() + static_cast<std::ptrdiff_t>(known);
     const auto place = std::lower_bound(pairs.begin(), end, met, by_solids);
@@ -526,7 +527,7 @@ void merge_slide_pairs(WorldModel& model, PairWatch& watched, std::span<const Co
     const double gone = model.travelled(met.solids, met.link_pair);
     const bool may_matter = met.has_moment() || is_among(contacts, met.solids);
     if (!may_matter && gone <= met.clear_until) continue;
-    if (!may_matter && met.watch != SlidePairs::kNone &&
+    if (!may_matter && met.watch != kNoIndex &&
         is_apart_by_axis(model, watched[met.watch], met, gone * kDown, 0.0))
       continue;
     // The others are added as they are at the slide's end.

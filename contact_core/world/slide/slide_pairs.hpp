@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/memory/growing_list.hpp"
 #include "touchstone/contact_core/motion/slide_rows.hpp"
 #include "touchstone/contact_core/world/frame/nearest_impacts.hpp"
@@ -24,8 +25,6 @@ namespace touchstone {
 /// a pair stays clear, and along which axis. Does not allocate beyond reserve().
 class SlidePairs {
  public:
-  static constexpr std::uint32_t kNone = 0xffffffff;
-
   /// The input of the calls below.
   struct Scope {
     WorldModel& model;
@@ -112,7 +111,7 @@ class SlidePairs {
 
   GrowingList<FramePair> pairs_;          // those of the watched pairs that had to be looked at
   std::vector<std::uint32_t> met_;        // watched pairs of which a slider is part, by index; of two, twice
-  GrowingList<std::uint32_t> pair_of_;    // by watched pair: index into pairs_, or kNone
+  GrowingList<std::uint32_t> pair_of_;    // by watched pair: index into pairs_, or kNoIndex
   GrowingList<std::uint8_t> is_near_;     // by watched pair: in near_, within one plan
   GrowingList<std::uint64_t> passed_on_;  // by watched pair: it stays apart on an arm's path of this number
   NearestImpacts impacts_;

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/memory/growing_list.hpp"
 #include "touchstone/contact_core/motion/mass_metric.hpp"
 #include "touchstone/contact_core/motion/slide_rows.hpp"
@@ -62,19 +63,17 @@ struct Slider {
 
 /// The sliders of a frame, by root.
 struct Sliders {
-  static constexpr std::uint32_t kNone = 0xffffffff;
-
   std::vector<Slider> list;             ///< ascending roots
-  GrowingList<std::uint32_t> index_of;  ///< by slot: into list, or kNone
+  GrowingList<std::uint32_t> index_of;  ///< by slot: into list, or kNoIndex
 
   /// Null: the root does not slide.
-  Slider* find(std::uint32_t root) { return index_of[root] == kNone ? nullptr : &list[index_of[root]]; }
+  Slider* find(std::uint32_t root) { return index_of[root] == kNoIndex ? nullptr : &list[index_of[root]]; }
   const Slider* find(std::uint32_t root) const {
-    return index_of[root] == kNone ? nullptr : &list[index_of[root]];
+    return index_of[root] == kNoIndex ? nullptr : &list[index_of[root]];
   }
   /// The slider that the root goes along with: its leader, or itself.
   std::uint32_t leader_of(std::uint32_t root) const {
-    return index_of[root] == kNone ? root : list[index_of[root]].leader;
+    return index_of[root] == kNoIndex ? root : list[index_of[root]].leader;
   }
   bool is_one_arm() const { return list.size() == 1 && list[0].arm != nullptr; }
 };

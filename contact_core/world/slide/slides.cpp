@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/memory/reserve_more.hpp"
 #include "touchstone/contact_core/world/frame/execution.hpp"
 #include "touchstone/contact_core/world/slide/arm_hand.hpp"
@@ -92,7 +93,7 @@ void Slides::take_room(const WorldModel& model, std::size_t watched, std::size_t
   const std::size_t mechanisms = model.mechanisms.size();
   permits_.take_room(slots, anew);
   if (anew) sliders_.index_of.clear();
-  resize_more(sliders_.index_of, slots, Sliders::kNone);
+  resize_more(sliders_.index_of, slots, kNoIndex);
   resize_more(moments_, solids);
   reserve_more(sliders_.list, slots), reserve_more(carried_, slots);
   reserve_more(cut_off_, slots), reserve_more(felt_, slots);
@@ -159,7 +160,7 @@ bool Slides::begin(const FrameScope& scope) {
   WorldModel& model = scope.model;
   const Followers& followers = scope.followers;
   // The sliders of the slide before are cleared.
-  for (const Slider& slider : sliders_.list) sliders_.index_of[slider.root] = Sliders::kNone;
+  for (const Slider& slider : sliders_.list) sliders_.index_of[slider.root] = kNoIndex;
   sliders_.list.clear();
   // A mover goes on if it may slide, if it turns about a contact, or if others go along with it.
   for (const std::uint32_t slot : scope.movers.roots) {

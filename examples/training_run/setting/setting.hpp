@@ -7,12 +7,13 @@
 #include <vector>
 
 #include "touchstone/adapters/scene_files/script_file.hpp"
+#include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/scene/scene_instance.hpp"
 #include "touchstone/examples/training_run/setting/arm.hpp"
 
 namespace touchstone::training {
 
-inline constexpr std::uint32_t kNone = 0xffffffff;
+inline constexpr std::uint32_t kNone = kNoIndex;
 
 /// An action with its names looked up.
 struct Action {

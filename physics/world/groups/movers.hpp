@@ -7,6 +7,7 @@
 
 #include <array>
 
+#include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/physics/joints/joint_system.hpp"
 #include "touchstone/physics/world/dynamics_world.hpp"
 
@@ -15,7 +16,7 @@
 namespace touchstone::physics::stepping {
 
 /// The ground and kinematic bodies: nothing that a solve moves.
-constexpr std::uint32_t kNoUnit = 0xffffffff;
+constexpr std::uint32_t kNoUnit = kNoIndex;
 
 /// A free or kinematic body.
 struct Body {

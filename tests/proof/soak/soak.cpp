@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/motion/clear_stretch.hpp"
 #include "touchstone/contact_core/motion/narrowphase_query.hpp"
@@ -25,7 +26,6 @@ namespace {
 
 constexpr double kGap = 1e-9;
 constexpr std::uint32_t kWalls = 6, kMostMovers = 12, kGroups = 3;
-constexpr std::uint32_t kNone = 0xffffffff;
 /// Objects stray this far from the middle at most, or close to it [m].
 constexpr double kScale = 50.0;
 
@@ -42,7 +42,7 @@ struct Item {
   bool is_static;
   Pose initial, commanded;
   std::uint32_t group;
-  std::uint32_t carrier = kNone;         ///< index of an item
+  std::uint32_t carrier = kNoIndex;      ///< index of an item
   std::vector<HandlePair> allowed = {};  ///< by its latch
   Pose X_CO;                             ///< in its carrier, as latched
 };
@@ -144,7 +144,7 @@ class SoakRun {
     const auto tree = std::make_shared<HexahedronTree>(
         std::vector<PlacedHexahedron>{{"solid", solid, Pose{}}}, "object " + std::to_string(names_++));
     const ObjectHandle handle = world_->add({tree, X, is_static, {group_name(group)}});
-    items_.push_back({handle, solid, is_static, X, X, group, kNone, {}, {}});
+    items_.push_back({handle, solid, is_static, X, X, group, kNoIndex, {}, {}});
     generations_[handle.slot] = handle.generation;
     needs_build_ = true;
     return items_.back();
@@ -177,7 +177,7 @@ class SoakRun {
   }
 
   std::uint32_t root_of(std::uint32_t item) const {
-    while (items_[item].carrier != kNone) item = items_[item].carrier;
+    while (items_[item].carrier != kNoIndex) item = items_[item].carrier;
     return item;
   }
 
@@ -200,7 +200,7 @@ class SoakRun {
     const std::uint32_t i = draw_item();
     if (items_[i].is_static) return;
     const ObjectHandle handle = items_[i].handle;
-    const bool allowed = items_[i].carrier == kNone && !carries(i);
+    const bool allowed = items_[i].carrier == kNoIndex && !carries(i);
     if (!allowed || movers() <= 4) {
       if (!allowed) attempt(false, "removal while latched", [&] { world_->remove(handle); });
       return;
@@ -208,7 +208,7 @@ class SoakRun {
     items_.erase(items_.begin() + i);
     attempt(true, "removal", [&] { world_->remove(handle); });
     for (Item& item : items_)
-      if (item.carrier != kNone && item.carrier > i) --item.carrier;
+      if (item.carrier != kNoIndex && item.carrier > i) --item.carrier;
     const auto names_it = [&](const HandlePair& pair) {
       return pair.first == handle || pair.second == handle;
     };
@@ -225,7 +225,7 @@ class SoakRun {
   void latch() {
     const std::uint32_t carrier = draw_item(), carried = draw_item();
     const bool allowed =
-        items_[carried].carrier == kNone && !items_[carried].is_static && root_of(carrier) != carried;
+        items_[carried].carrier == kNoIndex && !items_[carried].is_static && root_of(carrier) != carried;
     const std::uint32_t a = draw_item(), b = draw_item();
     std::vector<Exemption> exempt;
     if (a != b && random_.one_in(2)) exempt.push_back({items_[a].handle, items_[b].handle});
@@ -240,8 +240,8 @@ class SoakRun {
 
   void unlatch() {
     const std::uint32_t i = draw_item();
-    if (attempt(items_[i].carrier != kNone, "an unlatching", [&] { world_->unlatch(items_[i].handle); })) {
-      items_[i].carrier = kNone;
+    if (attempt(items_[i].carrier != kNoIndex, "an unlatching", [&] { world_->unlatch(items_[i].handle); })) {
+      items_[i].carrier = kNoIndex;
       items_[i].allowed.clear();
       ++figures_.unlatched;
     }
@@ -291,7 +291,7 @@ class SoakRun {
     ++figures_.resets;
     off_ = {};
     for (Item& item : items_) {
-      item.carrier = kNone;
+      item.carrier = kNoIndex;
       item.allowed.clear();
       item.commanded = item.initial;
       const Pose& X = world_->actual_pose(item.handle);
@@ -357,8 +357,8 @@ class SoakRun {
       MotionCommand command = draw_command(i);
       if (gone_ != ObjectHandle{} && random_.one_in(200)) command.object = gone_;
       const bool is_pose = is_valid_pose(command.path.from()) && is_valid_pose(command.path.to());
-      const bool taken =
-          is_pose && command.object == items_[i].handle && !items_[i].is_static && items_[i].carrier == kNone;
+      const bool taken = is_pose && command.object == items_[i].handle && !items_[i].is_static &&
+                         items_[i].carrier == kNoIndex;
       expected_refusals_ += !taken;
       if (taken) commanded_[i] = 1, items_[i].commanded = command.path.to();
       commands_.push_back(command);
@@ -407,15 +407,16 @@ class SoakRun {
   bool is_known(const SelectionChange& change) const {
     using Scope = SelectionChange::Scope;
     const bool names_first = change.scope == Scope::object || change.scope == Scope::pair;
-    if (names_first && item_of(change.first) == kNone) return false;
-    if (change.scope == Scope::pair) return item_of(change.second) != kNone && change.first != change.second;
+    if (names_first && item_of(change.first) == kNoIndex) return false;
+    if (change.scope == Scope::pair)
+      return item_of(change.second) != kNoIndex && change.first != change.second;
     return change.scope != Scope::group || change.group.text() != group_name(kGroups);
   }
 
   std::uint32_t item_of(ObjectHandle handle) const {
     for (std::uint32_t i = 0; i < items_.size(); ++i)
       if (items_[i].handle == handle) return i;
-    return kNone;
+    return kNoIndex;
   }
 
   bool is_exempt(const HandlePair& pair) const {
@@ -457,7 +458,7 @@ class SoakRun {
       ++figures_.contact_events;
       if (event.kind == EventKind::ended && (was_removed(event.a) || was_removed(event.b))) continue;
       const std::uint32_t i = item_of(event.a), j = item_of(event.b);
-      if (i == kNone || j == kNone || i == j) return violate("an event names an object that is gone");
+      if (i == kNoIndex || j == kNoIndex || i == j) return violate("an event names an object that is gone");
       const std::pair pair{event.a.slot, event.b.slot};
       if (!(event.a.slot < event.b.slot) || pair < last) return violate("events are out of order");
       last = pair;
@@ -490,7 +491,7 @@ class SoakRun {
       if (commanded_[i] && !(world_->commanded_pose(item.handle).p == item.commanded.p &&
                              world_->commanded_pose(item.handle).R == item.commanded.R))
         return violate("the commanded pose is not the one commanded");
-      if (item.carrier != kNone) {
+      if (item.carrier != kNoIndex) {
         const Pose expected = compose(pose_of(item.carrier), item.X_CO);
         if (!(norm(expected.p - X.p) < 1e-12 * kScale && (expected.R - X.R).cwiseAbs().maxCoeff() < 1e-12))
           return violate("a carried object came off its carrier by " +

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/tests/support/random.hpp"
 #include "touchstone/tests/support/random_solid.hpp"
 #include "touchstone/tests/world/arms/arm_fixture.hpp"
@@ -31,10 +32,8 @@ class EventCrowd {
     ObjectHandle object;
     std::shared_ptr<const HexahedronTree> tree;
     bool is_static = false, is_link = false, is_on = true;
-    std::uint32_t carrier = kNone;  // slot
+    std::uint32_t carrier = kNoIndex;  // slot
   };
-  static constexpr std::uint32_t kNone = 0xffffffff;
-
   explicit EventCrowd(std::uint64_t seed, std::string_view narrowphase = "native") : random_(seed) {
     BackendRegistry registry;
     register_core(registry);
@@ -59,7 +58,7 @@ class EventCrowd {
     commands_.clear();
     const double pace = random_.one_in(5) ? 0.001 : random_.one_in(5) ? 1.0 : 0.1;
     for (const auto& [slot, item] : items_) {
-      if (item.is_static || item.is_link || item.carrier != kNone || random_.one_in(4)) continue;
+      if (item.is_static || item.is_link || item.carrier != kNoIndex || random_.one_in(4)) continue;
       const Vector3 home = -world_->actual_pose(item.object).p;
       const Vector3 turn = random_.one_in(3) ? Vector3::Zero() : random_.vector(2.0 * pace);
       const Vector3 by =
@@ -172,7 +171,7 @@ class EventCrowd {
       item.is_on = !item.is_on || kind < 3;
       switch_object(item.object, item.is_on);
     } else if (kind < 10 && !item.is_static && !item.is_link) {
-      if (item.carrier == kNone) {
+      if (item.carrier == kNoIndex) {
         if (carries(chosen->first)) return;
         const std::uint32_t carrier = items_.rbegin()->first;  // the arm's hand
         if (kind < 8 || carrier == chosen->first) return;
@@ -180,11 +179,11 @@ class EventCrowd {
         item.carrier = carrier;
       } else {
         world_->unlatch(item.object);
-        item.carrier = kNone;
+        item.carrier = kNoIndex;
       }
     } else if (kind == 10) {
       exempt_pair(chosen->first);
-    } else if (!item.is_static && !item.is_link && item.carrier == kNone && !carries(chosen->first) &&
+    } else if (!item.is_static && !item.is_link && item.carrier == kNoIndex && !carries(chosen->first) &&
                items_.size() > 7) {
       world_->remove(item.object);
       items_.erase(chosen);
@@ -208,7 +207,7 @@ class EventCrowd {
     return false;
   }
   std::uint32_t body_of(std::uint32_t slot) const {
-    while (items_.at(slot).carrier != kNone) slot = items_.at(slot).carrier;
+    while (items_.at(slot).carrier != kNoIndex) slot = items_.at(slot).carrier;
     return slot;
   }
   /// Adjacent links are exempt.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 
+#include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/tests/support/random.hpp"
 
 namespace touchstone {
@@ -21,7 +22,7 @@ TEST(PairWatch, HoldsWhatWasAddedAndNotRemoved) {
     if (a > b) std::swap(a, b);
     const std::uint32_t found = watch.find({a, b});
     const auto known = expected.find({a, b});
-    ASSERT_EQ(found, known == expected.end() ? PairWatch::kNone : known->second);
+    ASSERT_EQ(found, known == expected.end() ? kNoIndex : known->second);
     if (known == expected.end()) {
       expected[{a, b}] = watch.add({a, b, kNoLinkPair, 1.0 * a});
     } else {
@@ -50,7 +51,7 @@ TEST(PairWatch, PairsOfASolidMayBeRemovedWhileTheyAreVisited) {
   watch.add({3, 4, kNoLinkPair, kNotKnown});
   watch.for_each_of(0, [&](std::uint32_t index) { watch.remove(index); });
   EXPECT_EQ(watch.count(), 1u);
-  EXPECT_NE(watch.find({3, 4}), PairWatch::kNone);
+  EXPECT_NE(watch.find({3, 4}), kNoIndex);
 }
 
 }  // namespace

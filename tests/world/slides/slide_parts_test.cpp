@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/contact_core/world/frame/executed_parts.hpp"
 #include "touchstone/contact_core/world/frame/followers.hpp"
@@ -387,7 +388,7 @@ struct Row {
                                         &travels.last_solid, &travels.planned_solid, &travels.needed})
       values->assign(count, 0.0);
     travels.vertices.resize(count), travels.has_vertices.assign(count, 0);
-    sliders.index_of.assign(count, Sliders::kNone);
+    sliders.index_of.assign(count, kNoIndex);
     watched.reserve(16), watched.set_solids(count);
     for (std::uint32_t other = 1; other < count; ++other) watched.add({0, other, kNoLinkPair, kNotKnown});
   }
@@ -479,7 +480,7 @@ TEST(SlidePairs, FindTheirPairsAgainUnderOtherIndices) {
   row.watched.add({0, 2, kNoLinkPair, kNotKnown});
   row.pairs.renumber(row.watched);
   for (const FramePair& pair : row.pairs.pairs())
-    EXPECT_EQ(pair.watch, pair.solids.b == 2 ? row.watched.find({0, 2}) : SlidePairs::kNone);
+    EXPECT_EQ(pair.watch, pair.solids.b == 2 ? row.watched.find({0, 2}) : kNoIndex);
 }
 
 }  // namespace
