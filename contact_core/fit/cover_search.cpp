@@ -36,11 +36,6 @@ bool has(const std::vector<std::uint64_t>& bits, std::size_t i) {
   return (bits[i / 64] >> (i % 64) & 1) != 0;
 }
 
-Vector3 area_vector(const TriangleMesh& mesh, std::size_t t) {
-  const auto& i = mesh.triangles[t];
-  return cross(mesh.vertices[i[1]] - mesh.vertices[i[0]], mesh.vertices[i[2]] - mesh.vertices[i[0]]);
-}
-
 Normals frame_of(const Vector3& z, Vector3 hint) {
   hint -= dot(hint, z) * z;
   if (norm(hint) < 1e-6) hint = cross(z, std::abs(z.x()) < 0.7 ? Vector3::UnitX() : Vector3::UnitY());

@@ -12,11 +12,6 @@ constexpr double kAlong = 0.9998;  // cosine: a facet faces an axis
 constexpr double kMost = 0.5;      // of the area, at least
 constexpr double kMore = 1.5;      // times as much as along the coordinates' axes
 
-Vector3 area_vector(const TriangleMesh& mesh, std::size_t t) {
-  const auto& i = mesh.triangles[t];
-  return cross(mesh.vertices[i[1]] - mesh.vertices[i[0]], mesh.vertices[i[2]] - mesh.vertices[i[0]]);
-}
-
 // Of the area, what faces one of the axes.
 double share_along(const TriangleMesh& mesh, const Matrix3& axes) {
   double all = 0.0, along = 0.0;

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "touchstone/contact_core/fit/sectors.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/norms.hpp"
 
 namespace touchstone::fit {
@@ -15,11 +15,6 @@ constexpr double kLeastSine = 0.25;    // of a slab's sides to its levels: SixPl
 constexpr std::size_t kMostAxes = 64;  // tried of a shell
 
 using Point = std::array<double, 2>;
-
-Vector3 area_vector(const TriangleMesh& mesh, std::uint32_t t) {
-  const auto& i = mesh.triangles[t];
-  return cross(mesh.vertices[i[1]] - mesh.vertices[i[0]], mesh.vertices[i[2]] - mesh.vertices[i[0]]);
-}
 
 struct Shell {
   std::vector<std::uint32_t> triangles;
@@ -149,7 +144,7 @@ bool has_plane_sides(const TriangleMesh& mesh, const Shell& shell, const Prism& 
 Prism frame_along(const TriangleMesh& mesh, const Shell& shell, const Vector3& axis, double room) {
   Prism prism{};
   prism.axis = axis;
-  prism.low = std::numeric_limits<double>::infinity();
+  prism.low = kInfinity;
   prism.high = -prism.low;
   for (const std::uint32_t t : shell.triangles) {
     for (const std::uint32_t corner : mesh.triangles[t]) {
@@ -206,7 +201,7 @@ std::optional<Prism> prism_along(const TriangleMesh& mesh, const Shell& shell, c
 
 // Between parallel lines at the section's corners: no convex polygon is thinner than between its edges.
 double thickness(const Prism& prism) {
-  double least = std::numeric_limits<double>::infinity();
+  double least = kInfinity;
   for (std::size_t i = 0; i < prism.section.size(); ++i) {
     const Point &a = prism.section[i], &b = prism.section[(i + 1) % prism.section.size()];
     double most = 0.0;
@@ -224,7 +219,7 @@ Vector3 refined(const TriangleMesh& mesh, const Shell& shell, const Vector3& axi
     corners.insert(corners.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
   std::sort(corners.begin(), corners.end());
   corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
-  double low = std::numeric_limits<double>::infinity(), high = -low;
+  double low = kInfinity, high = -low;
   for (const std::uint32_t corner : corners) {
     low = std::min(low, dot(axis, mesh.vertices[corner]));
     high = std::max(high, dot(axis, mesh.vertices[corner]));
@@ -266,7 +261,7 @@ double Prism::distance(const Vector3& p) const {
   const double along = std::max({low - at, at - high, 0.0});
   const Point q = {dot(up, p), dot(side, p)};
   // Outside of an edge, the nearest point of the section is on one of those edges.
-  double least = std::numeric_limits<double>::infinity();
+  double least = kInfinity;
   bool is_outside = false;
   for (std::size_t i = 0; i < section.size(); ++i) {
     const Point &a = section[i], &b = section[(i + 1) % section.size()];
@@ -297,7 +292,7 @@ double Prism::lowest() const { return (*std::min_element(section.begin(), sectio
 double Prism::highest() const { return (*std::max_element(section.begin(), section.end()))[0]; }
 
 double Prism::outermost(double height, double out) const {
-  double most = -std::numeric_limits<double>::infinity();
+  double most = -kInfinity;
   for (std::size_t i = 0; i < section.size(); ++i) {
     const Point &a = section[i], &b = section[(i + 1) % section.size()];
     if (std::min(a[0], b[0]) > height || std::max(a[0], b[0]) < height) continue;
@@ -309,9 +304,8 @@ double Prism::outermost(double height, double out) const {
 }
 
 SixPlanes Prism::slab(std::span<const Vector3> points, std::size_t first, std::size_t last) const {
-  const double infinity = std::numeric_limits<double>::infinity();
-  const double bottom = first == 0 ? -infinity : borders[first - 1],
-               top = last + 1 == strips() ? infinity : borders[last];
+  const double bottom = first == 0 ? -kInfinity : borders[first - 1],
+               top = last + 1 == strips() ? kInfinity : borders[last];
   const double most_up = std::sqrt(1.0 - kLeastSine * kLeastSine);
   // A side may lean as any edge of the section that is between the levels, or stand upright.
   std::array<std::vector<Vector3>, 2> leans;
@@ -341,7 +335,7 @@ SixPlanes Prism::slab(std::span<const Vector3> points, std::size_t first, std::s
   };
   const SixPlanes upright = about(best);
   for (int k = 0; k < 2; ++k) {
-    double least = infinity;
+    double least = kInfinity;
     for (const Vector3& lean : leans[k]) {
       std::array<Vector3, 2> sides = {leans[0].front(), leans[1].front()};
       sides[k] = lean;

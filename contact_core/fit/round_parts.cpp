@@ -17,11 +17,6 @@ constexpr double kRound = 1e-3;                    // share of the radius; sine 
 constexpr double kWidestGap = 0.7071067811865476;  // cosine of 45 degrees, between corners next to each other
 constexpr std::size_t kFewestFacets = 8;
 
-Vector3 area_vector(const TriangleMesh& mesh, std::uint32_t t) {
-  const auto& i = mesh.triangles[t];
-  return cross(mesh.vertices[i[1]] - mesh.vertices[i[0]], mesh.vertices[i[2]] - mesh.vertices[i[0]]);
-}
-
 // Triangles that meet in edges without a sharp turn, patch by patch.
 std::vector<std::vector<std::uint32_t>> smooth_patches(const TriangleMesh& mesh) {
   DisjointSets joined(mesh.triangles.size());

@@ -22,6 +22,12 @@ struct TriangleMesh {
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< indices into `vertices`, each below their number
 };
 
+/// Of triangle `t`: twice its area, along its normal [m^2].
+inline Vector3 area_vector(const TriangleMesh& mesh, std::size_t t) {
+  const auto& i = mesh.triangles[t];
+  return cross(mesh.vertices[i[1]] - mesh.vertices[i[0]], mesh.vertices[i[2]] - mesh.vertices[i[0]]);
+}
+
 /// @throws InputError naming `name` and the triangle (counted from 0): no triangle, an invalid index, a
 /// coordinate that is not finite or beyond 1e70.
 void validate(const TriangleMesh& mesh, std::string_view name = "mesh");

@@ -6,6 +6,7 @@
 #include <limits>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
 
 namespace {
@@ -17,7 +18,7 @@ constexpr double kEps = std::numeric_limits<double>::epsilon();
 constexpr double kLeastAngle = 1e-6;
 
 struct Interval {
-  double low = std::numeric_limits<double>::infinity(), high = -low;
+  double low = kInfinity, high = -low;
 };
 
 /// A solid placed about a common origin near the pair, so that coordinates are as small as the solids allow.
@@ -62,7 +63,7 @@ PairStatus check(const Placed& a, const Placed& b, double moved_by) {
   const double size = std::max(a.reach, b.reach);
   // Dot products of three terms, of vertices that posing rounded: a few eps of the coordinates each.
   const double rounding = 16.0 * kEps * size + 4.0 * kEps * moved_by;
-  double widest = -std::numeric_limits<double>::infinity();
+  double widest = -kInfinity;
   for (const Placed* solid : {&a, &b}) {
     for (const Vector3& n : solid->normals) {
       const double gap = gap_along(a, b, n);

@@ -1,11 +1,11 @@
 #include <gmock/gmock.h>
 
-#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/quaternion.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/bench/site/path_pages.hpp"
@@ -208,7 +208,7 @@ TEST_F(Swept, ItsStopIsJudgedUnderANameOfItsOwn) {
 }
 
 TEST_F(Swept, NoNumberAndAnExceptionAreFailures) {
-  EXPECT_EQ(sweep(std::numeric_limits<double>::quiet_NaN()).failed, 1u);
+  EXPECT_EQ(sweep(kNaN).failed, 1u);
   EXPECT_EQ(sweep(0.2, kInfinity, true).failed, 1u);
 }
 

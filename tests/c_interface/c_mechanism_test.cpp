@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -380,7 +379,7 @@ TEST_F(BadMechanisms, CommandsAreLookedAtBeforeAnythingMoves) {
   ASSERT_EQ(touchstone_add_mechanism(world.get(), &crane.description, &origin, nullptr, 0, &arm),
             TOUCHSTONE_OK);
   ASSERT_EQ(touchstone_add_object(world.get(), "box", crane.hook.data(), 1, &away, 0, &box), TOUCHSTONE_OK);
-  const double goal[] = {0.1, std::numeric_limits<double>::quiet_NaN()};
+  const double goal[] = {0.1, kNaN};
   const touchstone_command command{box, further};
   const touchstone_joint_command nobody{arm + 1, goal, 2}, not_finite{arm, goal, 2}, nothing{arm, nullptr, 2};
   touchstone_report report{};

@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/physics/engine/engine_touches.hpp"
 #include "touchstone/tests/engines/engine_suite.hpp"
@@ -85,7 +85,7 @@ TEST_P(EngineCommands, RefusesAPushThatNothingFollows) {
   const std::size_t ground = add_ground(scene);
   const std::size_t box = add_box(scene, "box", {0.2, 0.2, 0.2}, {0, 0, 3}, 3.0);
   const auto engine = engines().make(GetParam(), scene);
-  const Vector3 force(1, 0, 0), none(std::numeric_limits<double>::quiet_NaN(), 0, 0);
+  const Vector3 force(1, 0, 0), none(kNaN, 0, 0);
   EXPECT_THROW(engine->push(ground, force, {0, 0, 0}), InputError);
   EXPECT_THROW(engine->push(box + 1, force, {0, 0, 0}), InputError);
   EXPECT_THROW(engine->push(box, none, {0, 0, 0}), InputError);

@@ -1,10 +1,10 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include "touchstone/adapters/exact/exact.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/tests/support/ask.hpp"
 
@@ -172,10 +172,10 @@ TEST_P(RoundedPairs, BeyondTheLimitNothingIsSaid) {
   EXPECT_NEAR(ask_pair(a, at(0, 0, 0), b, at(3.25, 0, 0), query).geometry.separation, 0.25, kTiny);
   const Answer beyond = ask_pair(a, at(0, 0, 0), b, at(3.75, 0, 0), query);
   EXPECT_EQ(beyond.status, PairStatus::separated);
-  EXPECT_EQ(beyond.geometry.separation, std::numeric_limits<double>::infinity());
+  EXPECT_EQ(beyond.geometry.separation, kInfinity);
   EXPECT_TRUE(std::isnan(beyond.geometry.n_AB_W.x()));
   Pose nowhere;
-  nowhere.p.x() = std::numeric_limits<double>::quiet_NaN();
+  nowhere.p.x() = kNaN;
   EXPECT_EQ(ask_pair(a, nowhere, b, at(0, 0, 0), query).status, PairStatus::failed);
 }
 

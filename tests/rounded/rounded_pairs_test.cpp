@@ -2,10 +2,10 @@
 
 #include <cmath>
 #include <cstdlib>
-#include <limits>
 
 #include "touchstone/adapters/exact/exact.hpp"
 #include "touchstone/adapters/exact/signed_distance.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/contact_core/numerics/rounded_predicate.hpp"
 #include "touchstone/tests/support/ask.hpp"
@@ -210,7 +210,7 @@ TEST(RoundedRandomPairs, OneBatchAnswersAsPairByPairAndAllocatesNothing) {
     poses.push_back(random_pose(engine, 1.0));
     for (SolidIndex a = 0; a < b; ++a) pairs.push_back({a, b});
   }
-  poses[7].p.x() = std::numeric_limits<double>::quiet_NaN();
+  poses[7].p.x() = kNaN;
   const auto native = make_native();
   native->build(solids);
   const auto workspace = native->make_workspace();

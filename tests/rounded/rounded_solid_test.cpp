@@ -1,9 +1,9 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
-#include <limits>
 #include <numbers>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/hexahedron_tree.hpp"
 #include "touchstone/contact_core/motion/mass_metric.hpp"
 #include "touchstone/contact_core/registry.hpp"
@@ -15,8 +15,6 @@ namespace touchstone {
 namespace {
 
 using testing::HasSubstr;
-
-constexpr double kInf = std::numeric_limits<double>::infinity();
 
 TEST(RoundedSolid, CoresMayBeFlatASegmentOrAPoint) {
   const Hexahedron ball = Hexahedron::sphere(0.5);
@@ -50,10 +48,11 @@ TEST(RoundedSolid, BadFiguresAreRefusedByName) {
   EXPECT_THAT(refusal_of([] { Hexahedron::sphere(0.0, "ball"); }),
               HasSubstr("ball: radius is 0, must be > 0"));
   EXPECT_THAT(refusal_of([] { Hexahedron::sphere(-1.0, "ball"); }), HasSubstr("ball: radius is -1"));
-  EXPECT_THAT(refusal_of([] { Hexahedron::sphere(kInf, "ball"); }), HasSubstr("ball: radius is not finite"));
+  EXPECT_THAT(refusal_of([] { Hexahedron::sphere(kInfinity, "ball"); }),
+              HasSubstr("ball: radius is not finite"));
   EXPECT_THAT(refusal_of([] { Hexahedron::sphere(std::nan(""), "ball"); }), HasSubstr("not finite"));
   EXPECT_THAT(refusal_of([] { Hexahedron::capsule(1.0, -2.0, "pin"); }), HasSubstr("pin: length is -2"));
-  EXPECT_THAT(refusal_of([] { Hexahedron::capsule(1.0, kInf, "pin"); }),
+  EXPECT_THAT(refusal_of([] { Hexahedron::capsule(1.0, kInfinity, "pin"); }),
               HasSubstr("pin: length is not finite"));
   EXPECT_THAT(refusal_of([] {
                 Hexahedron::rounded_box({1, -1, 1}, 0.1, "lid");

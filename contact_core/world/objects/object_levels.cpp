@@ -4,6 +4,7 @@
 #include <limits>
 #include <numeric>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/norms.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/numerics/exact_predicates.hpp"
@@ -38,8 +39,8 @@ WorldVertices vertices_of(const Corners& corners) {
 }
 
 struct Box {
-  Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity());
-  Vector3 high = Vector3::Constant(-std::numeric_limits<double>::infinity());
+  Vector3 low = Vector3::Constant(kInfinity);
+  Vector3 high = Vector3::Constant(-kInfinity);
 
   void add(const Sphere& corner) {
     low = low.cwiseMin(corner.centre - Vector3::Constant(corner.radius));

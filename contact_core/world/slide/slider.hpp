@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/memory/growing_list.hpp"
 #include "touchstone/contact_core/motion/mass_metric.hpp"
@@ -41,9 +42,9 @@ struct Slider {
   double start_distance;  ///< to the goal, when the slide began [m]; an arm's in its joint weights' metric
   double distance;        ///< now [m]
   int poor_steps = 0;     ///< that gained less than kLeastGain, and less than half of the one before
-  double last_gain = std::numeric_limits<double>::infinity();  ///< of an arm's last sub-step [m]
-  double trust = 1.0;   ///< share of what is left that the next sub-step plans for
-  bool pivots = false;  ///< it only advances: see pivot_path()
+  double last_gain = kInfinity;  ///< of an arm's last sub-step [m]
+  double trust = 1.0;            ///< share of what is left that the next sub-step plans for
+  bool pivots = false;           ///< it only advances: see pivot_path()
   bool done = false;
   bool shoves = false;       ///< it goes on along its commanded path, with what it met: see shove.hpp
   bool follows = false;      ///< goes along with its leader

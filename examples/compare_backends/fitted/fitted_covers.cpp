@@ -21,7 +21,8 @@ class Surface {
  public:
   explicit Surface(const TriangleMesh& mesh) : mesh_(mesh) {
     double sum = 0.0;
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) sums_.push_back(sum += norm(area_vector(t)));
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+      sums_.push_back(sum += norm(area_vector(mesh, t)));
   }
 
   SurfacePoint point(Random& random) const {
@@ -31,16 +32,11 @@ class Surface {
     double u = random.uniform(), v = random.uniform();
     if (u + v > 1.0) u = 1.0 - u, v = 1.0 - v;
     const Vector3 &a = mesh_.vertices[i[0]], &b = mesh_.vertices[i[1]], &c = mesh_.vertices[i[2]];
-    const Vector3 n = area_vector(t);
+    const Vector3 n = area_vector(mesh_, t);
     return {a + u * (b - a) + v * (c - a), n / norm(n)};
   }
 
  private:
-  Vector3 area_vector(std::size_t t) const {
-    const auto& i = mesh_.triangles[t];
-    return cross(mesh_.vertices[i[1]] - mesh_.vertices[i[0]], mesh_.vertices[i[2]] - mesh_.vertices[i[0]]);
-  }
-
   const TriangleMesh& mesh_;
   std::vector<double> sums_;
 };

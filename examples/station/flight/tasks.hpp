@@ -2,10 +2,10 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <limits>
 #include <string>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/examples/station/flight/tips.hpp"
 
 namespace touchstone::station {
@@ -27,14 +27,14 @@ struct StationTask {
   std::uint32_t tip = 0;          ///< of StationScene::tips
   Vector3 p_W = Vector3::Zero();  ///< the place: where the origin is to be, within `within` [m]
   Matrix3 R_W = Matrix3::Identity();
-  double most_turn = std::numeric_limits<double>::infinity();  ///< from R_W [rad]; infinite: any attitude
-  double within = 0.0;                                         ///< [m, rad]
-  std::uint32_t joint = 0;                                     ///< index of its value
-  double value = 0.0;                                          ///< [m, rad]
+  double most_turn = kInfinity;  ///< from R_W [rad]; infinite: any attitude
+  double within = 0.0;           ///< [m, rad]
+  std::uint32_t joint = 0;       ///< index of its value
+  double value = 0.0;            ///< [m, rad]
   // Until it is done, since the last reset; infinite, or the most there is: none.
-  double most_force = std::numeric_limits<double>::infinity();  ///< GuardedMethod::contact_force() [N]
-  double most_time = std::numeric_limits<double>::infinity();   ///< [s]
-  std::uint32_t most_contacts = 0xffffffff;                     ///< that began
+  double most_force = kInfinity;             ///< GuardedMethod::contact_force() [N]
+  double most_time = kInfinity;              ///< [s]
+  std::uint32_t most_contacts = 0xffffffff;  ///< that began
 };
 inline constexpr std::size_t kMostTasks = 8;
 /// A jaw this near to what it shall hold touches it [m].

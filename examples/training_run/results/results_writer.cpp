@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/examples/program/files/csv.hpp"
 #include "touchstone/examples/program/files/json.hpp"
 #include "touchstone/examples/program/terminal/engine_log.hpp"
@@ -145,10 +146,9 @@ std::string results_csv(const std::vector<ScriptResult>& results,
       }
       // Without a stop its cells stay empty.
       const Verdict& v = method.verdict;
-      const double nan = std::nan("");
       text += fmt::format("{},{},{},{},", v.frames, v.stops.size(),
-                          csv_number(v.stops.empty() ? nan : v.stops[0].time),
-                          csv_number(v.stops.empty() ? nan : v.stops[0].clearance));
+                          csv_number(v.stops.empty() ? kNaN : v.stops[0].time),
+                          csv_number(v.stops.empty() ? kNaN : v.stops[0].clearance));
       text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", v.deepest_shown,
                           v.deepest_between, v.merged, v.passed_through, v.missed, v.phantom, v.blocked,
                           v.false_stops, method.times.median_us, method.times.p999_us, method.times.worst_us,
