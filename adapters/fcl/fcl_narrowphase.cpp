@@ -12,6 +12,7 @@
 #include "touchstone/adapters/fcl/shapes.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/norms.hpp"
+#include "touchstone/contact_core/geometry/reach.hpp"
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
 #include "touchstone/contact_core/narrowphase/points_within.hpp"
 #include "touchstone/contact_core/narrowphase/validate.hpp"
@@ -80,13 +81,6 @@ class Engine {
 /// Products of four coordinates are taken; where they overflow, an assertion of the engine's ends the
 /// process.
 constexpr double kLargestCoordinate = 1e75;
-
-/// Largest |coordinate| of the vertices, and at least the size.
-double reach_of(const Hexahedron& solid) {
-  double reach = solid.size();
-  for (const Vector3& vertex : solid.vertices()) reach = std::max(reach, norm_inf(vertex));
-  return reach;
-}
 
 ContactPoint to_contact_point(const fcl::Contactd& contact) {
   const Vector3 half = 0.5 * contact.penetration_depth * contact.normal;

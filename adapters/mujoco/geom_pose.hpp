@@ -2,10 +2,9 @@
 
 #include <mujoco/mujoco.h>
 
-#include <algorithm>
-#include <cmath>
 #include <optional>
 
+#include "touchstone/contact_core/geometry/finite.hpp"
 #include "touchstone/contact_core/geometry/pose.hpp"
 
 // Poses of geoms, ours and MuJoCo's.
@@ -20,8 +19,7 @@ inline std::optional<Pose> pose_in_solid(const mjModel& model, int geom) {
   const mjtNum* const p = model.geom_pos + 3 * static_cast<std::ptrdiff_t>(geom);
   const mjtNum* const q = model.geom_quat + 4 * static_cast<std::ptrdiff_t>(geom);
   X_SG.p = {p[0], p[1], p[2]};
-  if (!is_finite(X_SG.p) || !std::all_of(q, q + 4, [](mjtNum part) { return std::isfinite(part); }))
-    return std::nullopt;
+  if (!is_finite(X_SG.p) || !all_finite({q, 4})) return std::nullopt;
   X_SG.R = rotation_from_quaternion(q[0], q[1], q[2], q[3]);
   return X_SG;
 }

@@ -11,7 +11,7 @@
 
 #include "touchstone/adapters/mujoco/geom_pose.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
-#include "touchstone/contact_core/geometry/norms.hpp"
+#include "touchstone/contact_core/geometry/reach.hpp"
 
 namespace touchstone::mujoco {
 namespace {
@@ -49,12 +49,6 @@ ModelHandle try_load(std::span<const Hexahedron> solids, const std::vector<bool>
     why = error.what();
     return nullptr;
   }
-}
-
-double reach_of(const Hexahedron& solid) {
-  double reach = solid.size();
-  for (const Vector3& vertex : solid.vertices()) reach = std::max(reach, norm_inf(vertex));
-  return reach;
 }
 
 }  // namespace

@@ -1,8 +1,8 @@
 #include "touchstone/adapters/python/poses.hpp"
 
 #include <algorithm>
-#include <cmath>
 
+#include "touchstone/contact_core/geometry/finite.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::python {
@@ -24,8 +24,7 @@ Pose checked_pose(const double* m, std::size_t i) {
 Pose checked_pose(const double* p, const double* q, std::size_t i) {
   const Vector3 position(p[0], p[1], p[2]);
   if (!is_finite(position)) reject(nth(i), "position is not finite");
-  const bool is_sound = std::any_of(q, q + 4, [](double x) { return x != 0.0; }) &&
-                        std::all_of(q, q + 4, [](double x) { return std::isfinite(x); });
+  const bool is_sound = std::any_of(q, q + 4, [](double x) { return x != 0.0; }) && all_finite({q, 4});
   return {is_sound ? rotation_from_quaternion(q[0], q[1], q[2], q[3])
                    : rotation_from_quaternion(q[0], q[1], q[2], q[3], nth(i)),
           position};

@@ -12,16 +12,11 @@ namespace {
 /// enough for half precision.
 constexpr double kLengthTolerance = 1e-2;
 
-bool all_finite(const Vector3& v) {
-  const double sum = (v.x() - v.x()) + (v.y() - v.y()) + (v.z() - v.z());
-  return sum == 0.0;
-}
-
 const char* broken_points(const Query& query, int count, const ContactPoint* points) {
   if (count < 0 || count > query.max_points) return "its number of contact points is out of range";
   for (int i = 0; i < count; ++i) {
     const ContactPoint& point = points[i];
-    if (!all_finite(point.p_A_W) || !all_finite(point.p_B_W) || !std::isfinite(point.separation))
+    if (!is_finite(point.p_A_W) || !is_finite(point.p_B_W) || !std::isfinite(point.separation))
       return "a contact point is not finite";
   }
   return nullptr;
@@ -40,7 +35,7 @@ const char* broken_answer(const Query& query, PairStatus status, const PairGeome
   if (!std::isfinite(geometry->separation)) return "its separation is not finite";
   const double squared = dot(geometry->n_AB_W, geometry->n_AB_W);
   if (!(std::abs(squared - 1.0) <= 2.0 * kLengthTolerance)) return "its normal is no unit vector";
-  if (!all_finite(geometry->p_A_W) || !all_finite(geometry->p_B_W)) return "a witness point is not finite";
+  if (!is_finite(geometry->p_A_W) || !is_finite(geometry->p_B_W)) return "a witness point is not finite";
   return query.kind == QueryKind::manifold ? broken_points(query, geometry->point_count, points) : nullptr;
 }
 

@@ -1,8 +1,8 @@
 #include "touchstone/contact_core/world/frame/movers.hpp"
 
 #include <algorithm>
-#include <cmath>
 
+#include "touchstone/contact_core/geometry/finite.hpp"
 #include "touchstone/contact_core/memory/reserve_more.hpp"
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
 
@@ -12,10 +12,6 @@ namespace {
 constexpr std::uint32_t kNone = Mechanism::kNone;
 
 bool is_finite(const RigidPath& path) { return is_valid_pose(path.from()) && is_valid_pose(path.to()); }
-
-bool are_finite(std::span<const double> values) {
-  return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
-}
 
 /// Of a command, which concerns one object at most.
 ContactEvent command_event(EventKind kind, ObjectHandle object) {
@@ -96,7 +92,7 @@ void accept(WorldModel& model, std::span<const JointCommand> commands, Movers& m
       continue;
     }
     MechanismMover& mover = mechanisms.get(command.mechanism);
-    if (command.values.size() != mover.actual.size() || !are_finite(command.values)) {
+    if (command.values.size() != mover.actual.size() || !all_finite(command.values)) {
       events.push_back(command_event(EventKind::refused, model.objects.handle(mover.lead)));
       continue;
     }

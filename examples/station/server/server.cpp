@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/contact_core/geometry/finite.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/station/messages/frame_message.hpp"
 #include "touchstone/examples/station/server/page_client.hpp"
@@ -323,9 +324,7 @@ void Server::State::take_datagram(std::size_t bytes) {
     std::memcpy(&message.stamp.number, datagram.data() + 4, sizeof(std::uint32_t));
     std::memcpy(axes.data(), datagram.data() + 8, sizeof(axes));
   }
-  const bool is_finite =
-      std::all_of(axes.begin(), axes.end(), [](double axis) { return std::isfinite(axis); });
-  if (magic != kDatagramMagic || !is_finite) {
+  if (magic != kDatagramMagic || !all_finite(axes)) {
     figures.bad_datagrams.fetch_add(1, std::memory_order_relaxed);
     return;
   }
