@@ -30,7 +30,7 @@ void read_arm(const YamlReader& item, physics::DynamicScene& scene) {
   if (pose.has("position")) position.head<3>() = pose.at("position").length3();
   if (pose.has("rpy")) position.tail<3>() = pose.at("rpy").vector3() * reader.source().radians_per_angle;
   const physics::Surface surface = read_surface(reader);
-  try {
+  reader.located([&] {
     const std::uint32_t link = arm.find_link(reader.at("link").text());
     if (q.size() != arm.value_count())
       throw InputError(std::to_string(q.size()) + " joint values for " + std::to_string(arm.value_count()) +
@@ -39,9 +39,7 @@ void read_arm(const YamlReader& item, physics::DynamicScene& scene) {
     arm.link_poses({}, q, X_BL);
     const Pose X_WB = rigid_frame(compose(pose_from_position_vector(position), inverse(X_BL[link])));
     physics::add_arm(scene, arm, name, X_WB, q, surface);
-  } catch (const InputError& error) {
-    reader.fail(error.what());
-  }
+  });
 }
 
 }  // namespace

@@ -22,22 +22,12 @@ using scene_files::read_positive;
 using scene_files::YamlReader;
 using scene_files::YamlSource;
 
-// Runs f; what the core refuses gets this node's file, line and prefix.
-template <typename F>
-auto located(const YamlReader& reader, F&& f) {
-  try {
-    return f();
-  } catch (const InputError& error) {
-    reader.fail(error.what());
-  }
-}
-
 Matrix3 read_rotation(const YamlReader& reader) {
   if (reader.has("quaternion_wxyz")) {
     const YamlReader quaternion = reader.at("quaternion_wxyz");
     const std::vector<double> q = quaternion.numbers(4);
-    return located(reader,
-                   [&] { return rotation_from_quaternion(q[0], q[1], q[2], q[3], "quaternion_wxyz"); });
+    return reader.located(
+        [&] { return rotation_from_quaternion(q[0], q[1], q[2], q[3], "quaternion_wxyz"); });
   }
   Vector6 position = Vector6::Zero();
   if (reader.has("rpy")) position.tail<3>() = reader.at("rpy").vector3() * reader.source().radians_per_angle;
@@ -53,7 +43,7 @@ Pose read_matrix(const YamlReader& reader) {
     for (int column = 0; column < 4; ++column) X(row, column) = values[column];
   }
   X.topRightCorner<3, 1>() /= reader.source().lengths_per_metre;
-  return located(reader, [&] { return pose_from_matrix(X, "pose"); });
+  return reader.located([&] { return pose_from_matrix(X, "pose"); });
 }
 
 Pose read_pose(const YamlReader& reader) {
@@ -234,11 +224,7 @@ Motion read_motion(const YamlReader& reader, double scene_duration, const std::s
       motion.keys.push_back({item.at("time").number(), read_pose(item.at("pose"))});
     }
   }
-  try {
-    validate_motion(motion, "object " + in_quotes(object));
-  } catch (const InputError& error) {
-    reader.fail_bare(error.what());
-  }
+  reader.located_bare([&] { validate_motion(motion, "object " + in_quotes(object)); });
   return motion;
 }
 
@@ -253,11 +239,7 @@ std::vector<std::shared_ptr<const HexahedronTree>> read_levels(const YamlReader&
     if (parts.solids.empty()) level.fail("no hexahedron");
     levels.push_back(std::make_shared<HexahedronTree>(std::move(parts.solids), tree.name()));
   }
-  try {
-    validate_levels(tree, levels);
-  } catch (const InputError& error) {
-    reader.fail_bare(error.what());
-  }
+  reader.located_bare([&] { validate_levels(tree, levels); });
   return levels;
 }
 
@@ -361,11 +343,7 @@ void read_latches(const YamlReader& reader, Scene& scene) {
     SceneLatch latch{item.at("carrier").text(), item.at("carried").text(), {}};
     if (item.has("allowed")) latch.allowed = scene_files::read_exempt_pairs(item.at("allowed"), scene);
     scene.latches.push_back(std::move(latch));
-    try {
-      validate_latch(scene, scene.latches.size() - 1);
-    } catch (const InputError& error) {
-      item.fail_bare(error.what());
-    }
+    item.located_bare([&] { validate_latch(scene, scene.latches.size() - 1); });
   }
 }
 

@@ -64,13 +64,11 @@ void read_parameters(const YamlReader& root, const SceneParameters& given, YamlS
 }
 
 Mechanism read_arm_model(const YamlReader& reader) {
-  try {
+  return reader.located([&] {
     const YamlSource& source = reader.source();
     if (!source.arm_models) return Mechanism(make_bundled_arm(reader.text()));
     return Mechanism(source.arm_models(reader.text(), std::filesystem::path(source.file).parent_path()));
-  } catch (const InputError& error) {
-    reader.fail(error.what());
-  }
+  });
 }
 
 std::vector<double> read_joint_values(const YamlReader& list, const Mechanism& mechanism) {
@@ -114,11 +112,7 @@ std::vector<SceneRule> read_rules(const YamlReader& reader, const Scene& scene) 
     if (item.has("warn_distance")) rule.warn_distance = item.at("warn_distance").length();
     if (item.has("translation_only")) rule.translation_only = read_choice(item.at("translation_only"));
     if (item.has("passive")) rule.passive = read_passive(item.at("passive"));
-    try {
-      validate_rule(scene, rule);
-    } catch (const InputError& error) {
-      item.fail_bare(error.what());
-    }
+    item.located_bare([&] { validate_rule(scene, rule); });
     rules.push_back(std::move(rule));
   }
   return rules;
@@ -129,13 +123,7 @@ std::vector<ExemptPair> read_exempt_pairs(const YamlReader& reader, const Scene&
   for (const YamlReader& item : reader.list()) {
     const std::vector<YamlReader> names = item.list();
     if (names.size() != 2) item.fail("expected a pair of names, got " + std::to_string(names.size()));
-    for (const YamlReader& name : names) {
-      try {
-        find_solids(scene, name.text());
-      } catch (const InputError& error) {
-        name.fail_bare(error.what());
-      }
-    }
+    for (const YamlReader& name : names) name.located_bare([&] { find_solids(scene, name.text()); });
     pairs.push_back({names[0].text(), names[1].text()});
   }
   return pairs;

@@ -44,13 +44,11 @@ Scene read_scene(const YamlReader& reader, const std::filesystem::path& script) 
       parameters[entry.first.Scalar()] = list.at(entry.first.Scalar()).number();
   }
   const YamlReader file = reader.at("file");
-  try {
+  return file.located([&] {
     Scene scene = load_scene(script.parent_path() / file.text(), parameters);
     if (reader.has("without")) leave_out(reader.at("without"), scene);
     return scene;
-  } catch (const InputError& error) {
-    file.fail(error.what());
-  }
+  });
 }
 
 void read_frames(const YamlReader& root, Scene& scene) {
@@ -81,12 +79,9 @@ HandRates read_rates(const YamlReader& item) {
 }
 
 std::string read_held_joint(const YamlReader& reader, const Mechanism& mechanism) {
-  try {
-    const Mechanism::Joint& joint = mechanism.joints()[mechanism.find_joint(reader.text())];
-    if (joint.value != Mechanism::kNone) return joint.name;
-  } catch (const InputError& error) {
-    reader.fail(error.what());
-  }
+  const std::uint32_t index = reader.located([&] { return mechanism.find_joint(reader.text()); });
+  const Mechanism::Joint& joint = mechanism.joints()[index];
+  if (joint.value != Mechanism::kNone) return joint.name;
   reader.fail("joint '" + reader.text() + "' does not move");
 }
 

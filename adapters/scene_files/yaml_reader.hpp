@@ -12,6 +12,7 @@
 
 #include "touchstone/adapters/scene_files/scene_file.hpp"
 #include "touchstone/contact_core/geometry/vector.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 // Private to this folder: it shows yaml-cpp.
 
@@ -41,6 +42,24 @@ class YamlReader {
   [[noreturn]] void fail(const std::string& reason) const;
   /// As fail, without the prefix.
   [[noreturn]] void fail_bare(const std::string& message) const;
+  /// Runs `f`; an InputError of it becomes this node's, as fail().
+  template <class F>
+  auto located(F&& f) const {
+    try {
+      return f();
+    } catch (const InputError& error) {
+      fail(error.what());
+    }
+  }
+  /// As located(), for errors that name the object themselves: without the prefix.
+  template <class F>
+  auto located_bare(F&& f) const {
+    try {
+      return f();
+    } catch (const InputError& error) {
+      fail_bare(error.what());
+    }
+  }
   std::string file_and_line() const;
 
   /// A map with no key twice and none but these.

@@ -13,16 +13,6 @@ using physics::BodyKind;
 using physics::DynamicScene;
 using physics::SceneBody;
 
-/// Runs f; what physics refuses gets this node's file and line.
-template <typename F>
-auto located(const YamlReader& reader, F&& f) {
-  try {
-    return f();
-  } catch (const InputError& error) {
-    reader.fail_bare(error.what());
-  }
-}
-
 Vector3 read_turn(const YamlReader& reader) { return reader.vector3() * reader.source().radians_per_angle; }
 
 BodyInertia read_rod(const YamlReader& reader, double mass) {
@@ -50,14 +40,14 @@ BodyInertia read_inertia(const YamlReader& reader, const HexahedronTree& tree) {
   if (reader.has("mass") == reader.has("density")) reader.fail("expected one of mass, density");
   if (reader.has("density")) {
     if (reader.has("inertia")) reader.fail("with a density the inertia is that of the hexahedra");
-    return located(reader.at("density"), [&] {
-      return physics::inertia_of_density(tree.solids(), reader.at("density").number(), name);
-    });
+    return reader.at("density").located_bare(
+        [&] { return physics::inertia_of_density(tree.solids(), reader.at("density").number(), name); });
   }
   const double mass = reader.at("mass").number();
   if (!reader.has("inertia")) {
     if (mass == 0.0) return {};  // of a link: validate_body() refuses it of others
-    return located(reader.at("mass"), [&] { return physics::inertia_of_mass(tree.solids(), mass, name); });
+    return reader.at("mass").located_bare(
+        [&] { return physics::inertia_of_mass(tree.solids(), mass, name); });
   }
   const YamlReader inertia = reader.at("inertia");
   inertia.require_keys({"centre", "moments", "products", "rod", "point"});
