@@ -1,13 +1,9 @@
 // decide(), sentence(), headline() and reason_out() of verdict.cpp once more, from the same counts and with the same
 // texts; the tests hold both against each other. Nothing here touches the page.
-function touchstoneDecider(data) {
+
+// How figures are written, as the tables of the program have them.
+function touchstoneFigures() {
   'use strict';
-  const number = v => v === 'inf' ? Infinity : v === null ? NaN : v;
-  const alphabet = 'ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/';
-  const kinds = ['overlap', 'distance', 'manifold'], bands = ['apart', 'touching', 'deep'];
-
-  // ---- how figures are written
-
   // As toExponential, but of two decimals equally near the even one.
   function exponential(v, digits) {
     const whole = v.toExponential(60), e = whole.indexOf('e');
@@ -44,10 +40,14 @@ function touchstoneDecider(data) {
     if (v === 0) return '0';
     return isFinite(v) ? exponent(exponential(v, 1)) : 'inf';
   }
-  const fill = (name, values) => data.texts[name].replace(/\{(\w+)\}/g, (all, key) => values[key]);
+  return {three, percent, thousands, nanoseconds, metres};
+}
 
-  // ---- the counts
-
+// The counts of the report by stratum (class, separation, distance from the origin), and which of them a choice takes.
+function touchstoneStrata(data) {
+  'use strict';
+  const alphabet = 'ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/';
+  const bands = ['apart', 'touching', 'deep'];
   const codes = [0];
   for (let c = 1; c < data.last_code; ++c) {
     codes.push(Number((10 + (c - 1) % data.codes_a_decade) + 'e' +
@@ -94,9 +94,6 @@ function touchstoneDecider(data) {
     if (!read.has(answers)) read.set(answers, strata(answers.curves, query));
     return read.get(answers);
   }
-
-  // ---- the domain
-
   function binOf(value, bins) {
     const bin = bins.findIndex(end => end >= value);
     return bin < 0 ? bins.length : bin;
@@ -110,10 +107,12 @@ function touchstoneDecider(data) {
     if (!choice[stratum.band]) return false;
     return stratum.band !== 'apart' || stratum.apart <= binOf(choice.apart_up_to, data.apart_bins_m);
   }
-  const askedOf = choice => choice.query === 'overlap' ? 0 : (choice.normals ? 1 : 0) + (choice.points ? 2 : 0);
+  return {strataOf, binOf, upperEnd, has};
+}
 
-  // ---- the 95 % bound (Clopper and Pearson), as upper_bound.cpp
-
+// The 95 % bound of Clopper and Pearson on a share, as upper_bound.cpp: `k` of `n` cases are beyond.
+function touchstoneUpperBound(k, n) {
+  'use strict';
   function logGamma(x) {  // Stirling's series, good to doubles from 15 on
     let shift = 0;
     for (; x < 15; ++x) shift -= Math.log(x);
@@ -121,28 +120,31 @@ function touchstoneDecider(data) {
     return shift + (x - 0.5) * Math.log(x) - x + 0.5 * Math.log(2 * Math.PI) +
       i * (1 / 12 - i2 * (1 / 360 - i2 * (1 / 1260 - i2 / 1680)));
   }
-  function upperBound(k, n) {
-    if (k >= n) return 1;
-    if (k === 0) return -Math.expm1(Math.log(0.05) / n);
-    const ways = logGamma(n + 1) - logGamma(k + 1) - logGamma(n - k + 1);
-    const atMost = share => {
-      let term = Math.exp(ways + k * Math.log(share) + (n - k) * Math.log1p(-share)), sum = term;
-      for (let i = k; i > 0 && term > sum * Math.pow(2, -60); --i) {
-        term *= i * (1 - share) / ((n - i + 1) * share);
-        sum += term;
-      }
-      return sum;
-    };
-    let low = k / n, high = 1;
-    for (let step = 0; step < 60; ++step) {
-      const middle = (low + high) / 2;
-      if (atMost(middle) > 0.05) low = middle; else high = middle;
+  if (k >= n) return 1;
+  if (k === 0) return -Math.expm1(Math.log(0.05) / n);
+  const ways = logGamma(n + 1) - logGamma(k + 1) - logGamma(n - k + 1);
+  const atMost = share => {
+    let term = Math.exp(ways + k * Math.log(share) + (n - k) * Math.log1p(-share)), sum = term;
+    for (let i = k; i > 0 && term > sum * Math.pow(2, -60); --i) {
+      term *= i * (1 - share) / ((n - i + 1) * share);
+      sum += term;
     }
-    return high;
+    return sum;
+  };
+  let low = k / n, high = 1;
+  for (let step = 0; step < 60; ++step) {
+    const middle = (low + high) / 2;
+    if (atMost(middle) > 0.05) low = middle; else high = middle;
   }
+  return high;
+}
 
-  // ---- the verdict
-
+// decide(choice): every backend's counts and costs over the sets that the choice takes, the first one first.
+function touchstoneVerdicts(data, strata) {
+  'use strict';
+  const {strataOf, binOf, has} = strata;
+  const number = v => v === 'inf' ? Infinity : v === null ? NaN : v;
+  const askedOf = choice => choice.query === 'overlap' ? 0 : (choice.normals ? 1 : 0) + (choice.points ? 2 : 0);
   const larger = (x, y) => isNaN(x) || isNaN(y) ? NaN : Math.max(x, y);
   function sumUp(sets, name, choice) {
     // Counts and costs of all sets that the choice takes.
@@ -211,9 +213,14 @@ function touchstoneDecider(data) {
     verdict.first = verdict.candidates.length && verdict.candidates[0].inside ? verdict.candidates[0] : null;
     return verdict;
   }
+  return decide;
+}
 
-  // ---- in words
-
+// A verdict in words, from the texts of verdict.cpp.
+function touchstoneWords(data, figures, strata) {
+  'use strict';
+  const {three, percent, thousands, nanoseconds, metres} = figures, {upperEnd} = strata;
+  const fill = (name, values) => data.texts[name].replace(/\{(\w+)\}/g, (all, key) => values[key]);
   function domainText(choice) {
     const parts = [], classes = (choice.apart ? 1 : 0) + (choice.touching ? 2 : 0) + (choice.deep ? 4 : 0);
     if (classes !== 7) parts.push(fill('classes_' + classes));
@@ -249,7 +256,7 @@ function touchstoneDecider(data) {
     const said = {error: three(choice.max_error), which, domain, cases: thousands(verdict.cases), all};
     const first = verdict.first;
     if (!first) return fill('none', said);
-    const bound = percent(upperBound(first.beyond, first.supported));
+    const bound = percent(touchstoneUpperBound(first.beyond, first.supported));
     said.backend = first.backend;
     said.ns = nanoseconds(first.ns);
     said.with = first.wrong === 0 ? '' : fill('with', {wrong: wrongWords(first)});
@@ -286,6 +293,16 @@ function touchstoneDecider(data) {
     if (isNaN(c.allocations)) return fill('out_uncounted');
     return fill('out_allocations', {allocations: three(c.allocations)});
   }
+  return {sentence, headline, reason};
+}
+
+function touchstoneDecider(data) {
+  'use strict';
+  const figures = touchstoneFigures(), strata = touchstoneStrata(data);
+  const decide = touchstoneVerdicts(data, strata);
+  const {sentence, headline, reason} = touchstoneWords(data, figures, strata);
+  const {three, percent, thousands, nanoseconds, metres} = figures;
+  const kinds = ['overlap', 'distance', 'manifold'];
   // The cells beside the backend's name.
   function cells(verdict, c) {
     const time = nanoseconds(c.ns);
