@@ -241,10 +241,9 @@ void bind_joints(SceneClass& scene) {
            py::arg("allowed") = std::vector<std::pair<std::string, std::string>>{},
            "From the first step on that starts at time [s] or later, what: a joint's name, of which kind "
            "'drive' sets the drive, 'set' value and rate (None: 0), 'join' has a joint between bodies hold "
-           "as they then "
-           "stand, 'part' lets go; or an object's, of which 'latch' has carrier carry it (allowed: pairs of "
-           "names that are not checked meanwhile), 'release' ends that, 'add' and 'remove' bring it and take "
-           "it out.");
+           "as they then stand, 'part' lets go; or an object's, of which 'latch' has carrier carry it "
+           "(allowed: pairs of names that are not checked meanwhile), 'release' ends that, 'add' and "
+           "'remove' bring it and take it out.");
 }
 
 }  // namespace

@@ -187,12 +187,10 @@ void bind_dynamics(py::module_& module) {
   run.def(py::init<const DynamicScene&, const std::string&>(), py::arg("scene"),
           py::arg("engine") = "own:native",
           "engine: 'bullet', 'own:native', 'ode:native'; see engines(). The scene is copied. Raises "
-          "InputError where "
-          "the engine lacks what the scene asks for.")
+          "InputError where the engine lacks what the scene asks for.")
       .def("advance", &Run::advance, py::arg("steps") = 1,
            "Takes up to `steps` steps of the scene's, fewer at its end; returns how many. Raises "
-           "RuntimeError with "
-           "the name of what failed.");
+           "RuntimeError with the name of what failed.");
   bind_state(run);
 }
 

@@ -68,8 +68,7 @@ std::shared_ptr<ThreadPool> thread_pool(std::size_t threads) {
 
 constexpr const char* kStiffnessText =
     "translation: (3,) along the tool frame's axes [N/m], turning: (3,) about them [N m/rad]; None: 500 "
-    "each. "
-    "Above 0, no two of a frame further apart than a factor of 1e6. ";
+    "each. Above 0, no two of a frame further apart than a factor of 1e6. ";
 
 }  // namespace
 
@@ -128,8 +127,7 @@ void bind_hands(py::module_& module) {
   py::class_<ThreadPool, std::shared_ptr<ThreadPool>>(
       module, "ThreadPool",
       "Threads for the frames of worlds: World.set_thread_pool(). They sleep in between. Worlds that share "
-      "them "
-      "take turns.")
+      "them take turns.")
       .def(py::init(&thread_pool), py::arg("threads"),
            "threads: 1 to 64, the one that calls frame() among them.")
       .def_property_readonly("threads", &ThreadPool::threads);
@@ -144,8 +142,7 @@ void bind_hands_of(WorldClass& world) {
           },
           py::arg("object"), py::arg("hand"),
           "How stiffly the hand of an object holds it where it is commanded; FrameReport.felt says what it "
-          "feels. "
-          "None: as its own mass.")
+          "feels. None: as its own mass.")
       .def(
           "set_hand",
           [](GuardedWorld& self, MechanismHandle mechanism, const std::optional<ArmHandStiffness>& hand) {
@@ -161,14 +158,13 @@ void bind_hands_of(WorldClass& world) {
           py::arg("hand"),
           "Of objects that were given none of their own; HandStiffness() unless this is called. No tool "
           "frame.")
-      .def("set_slide_budget", &set_slide_budget, py::arg("pairs") = py::none(),
-           py::arg("seconds") = py::none(), py::arg("mover_work") = kMoverWork,
-           "What all slides of a frame together may cost from now on: pairs that are planned with or whose "
-           "paths "
-           "are checked, each once a sub-step (the same on every machine); seconds by the clock [s]. "
-           "mover_work: what "
-           "each mover's slide may cost by itself, in rows, steps and pairs of its plans. None: unlimited. A "
-           "mover that is cut off stands as safely, only less far on: FrameReport.cut_off.")
+      .def(
+          "set_slide_budget", &set_slide_budget, py::arg("pairs") = py::none(),
+          py::arg("seconds") = py::none(), py::arg("mover_work") = kMoverWork,
+          "What all slides of a frame together may cost from now on: pairs that are planned with or whose "
+          "paths are checked, each once a sub-step (the same on every machine); seconds by the clock [s]. "
+          "mover_work: what each mover's slide may cost by itself, in rows, steps and pairs of its plans. "
+          "None: unlimited. A mover that is cut off stands as safely, only less far on: FrameReport.cut_off.")
       .def_property_readonly(
           "slide_budget", &slide_budget,
           "{'pairs': int or None, 'seconds': float or None, 'mover_work': int or None}: None is unlimited.")
@@ -193,8 +189,7 @@ void bind_hands_of(WorldClass& world) {
           [](GuardedWorld& self, std::shared_ptr<ThreadPool> pool) { self.set_runner(std::move(pool)); },
           py::arg("pool"),
           "Frames run on a ThreadPool's threads, which other worlds may share; None: on the caller's alone. "
-          "The "
-          "same bits with any.");
+          "The same bits with any.");
 }
 
 }  // namespace touchstone::python

@@ -334,8 +334,7 @@ void bind_poses(py::module_& module) {
            }),
            py::arg("poses"), py::arg("quaternions") = py::none(),
            "Poses(matrices (n, 4, 4)) or Poses(positions (n, 3) [m], quaternions (n, 4), w x y z of any "
-           "length "
-           "but 0). Raises InputError for what is no rigid transform, naming the pose.")
+           "length but 0). Raises InputError for what is no rigid transform, naming the pose.")
       .def(
           "update",
           [](Poses& self, const py::object& poses, const py::object& quaternions, std::size_t first) {
@@ -409,8 +408,7 @@ void bind_narrowphases(py::module_& module) {
            }),
            py::arg("backend"), py::arg("solids"),
            "solids: a sequence of Hexahedron, or their corners (n, 8, 3) [m]. Raises InputError for an "
-           "unknown "
-           "name, or a solid that the backend cannot represent.")
+           "unknown name, or a solid that the backend cannot represent.")
       .def(
           "overlap",
           [](BuiltNarrowphase& self, const py::object& poses, const py::object& pairs,

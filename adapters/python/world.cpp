@@ -114,8 +114,7 @@ void bind_parts(py::module_& module) {
            py::arg("name"), py::arg("solids") = py::tuple(), py::arg("mass") = 0.0,
            py::arg("centre") = py::none(), py::arg("inertia") = py::none(),
            "solids: (name, Hexahedron, pose X_LS). mass [kg], centre (3,) of mass [m], inertia (3, 3) about "
-           "it "
-           "[kg m2].")
+           "it [kg m2].")
       .def_readonly("name", &LinkDescription::name);
   py::class_<JointDescription>(module, "Joint", "Joins a child link to its parent.")
       .def(py::init([](const std::string& name, const std::string& kind, const std::string& parent,
@@ -137,8 +136,7 @@ void bind_parts(py::module_& module) {
            py::arg("X_PJ") = py::none(), py::arg("axis") = py::none(), py::arg("lower") = -kInfinity,
            py::arg("upper") = kInfinity, py::arg("rate") = kInfinity, py::arg("effort") = kInfinity,
            "kind: 'fixed', 'revolute' [rad] or 'prismatic' [m]. X_PJ: the joint's frame in the parent; axis: "
-           "(3,) "
-           "unit, in it.")
+           "(3,) unit, in it.")
       .def_readonly("name", &JointDescription::name);
 }
 
@@ -301,8 +299,7 @@ void bind_rules(WorldClass& world) {
           py::arg("policy") = none, py::arg("warn_distance") = none, py::arg("translation_only") = none,
           py::arg("passive") = none,
           "policy: 'cue', 'hold', 'advance' or 'slide'; warn_distance [m]; passive: 'stays', 'shoved' or "
-          "'carried'. "
-          "None: inherited.")
+          "'carried'. None: inherited.")
       .def(
           "set_group_rule",
           [](GuardedWorld& self, const std::string& first, const std::string& second,
@@ -370,8 +367,7 @@ void bind_pairs_of(WorldClass& world) {
             self.unguarded().select(change_of(on, what));
           },
           "select(on): everything; select(on, object), (on, a, b), (on, mechanism) or (on, 'group'). From "
-          "any "
-          "thread; in force from the next frame on.");
+          "any thread; in force from the next frame on.");
 }
 
 /// The world of a Python object; null while that is made, when the collector may see it without a layout.
@@ -419,8 +415,7 @@ void bind_world(py::module_& module) {
       .def("frame", &frame, py::arg("poses") = py::dict(), py::arg("moves") = py::dict(),
            py::arg("joints") = py::dict(),
            "One frame. poses: {object: pose X_WO to go to}; moves: {object: (displacement_W (3,) [m], turn_W "
-           "(3,) "
-           "axis times angle [rad])}; joints: {mechanism: values (n,)}. Returns a FrameReport.")
+           "(3,) axis times angle [rad])}; joints: {mechanism: values (n,)}. Returns a FrameReport.")
       .def(
           "prepare", [](GuardedWorld& self) { self.without_lock([](ContactWorld& of) { of.prepare(); }); },
           "Takes up all set-up so far.")

@@ -95,15 +95,13 @@ void bind_report(py::module_& module) {
       .def_property_readonly(
           "events", [](const py::object& self) { return rows_of(self, event_dtype(), &Report::events); },
           "(k,) records: kind (touchstone.EventKind), a and b (int(object)), solid_a, solid_b, part, s, "
-          "separation "
-          "[m], n_AB_W, p_A_W, p_B_W (3,), separation_at_end [m].")
+          "separation [m], n_AB_W, p_A_W, p_B_W (3,), separation_at_end [m].")
       .def_property_readonly(
           "felt", [](const py::object& self) { return rows_of(self, feel_dtype(), &Report::felt); },
           "(k,) records, one a hand whose mover slid, at the frame's end: object (int(object); of a "
-          "mechanism "
-          "its first link), p_W (3,) of the tool frame's origin [m], lag_W (3,) from there to where the "
-          "command has it [m], turn_lag_W (3,) axis times angle [rad], force_W (3,) of the contacts on the "
-          "mover [N], moment_W (3,) about p_W [N m].")
+          "mechanism its first link), p_W (3,) of the tool frame's origin [m], lag_W (3,) from there to "
+          "where the command has it [m], turn_lag_W (3,) axis times angle [rad], force_W (3,) of the "
+          "contacts on the mover [N], moment_W (3,) about p_W [N m].")
       .def_property_readonly(
           "cut_off_movers",
           [](const py::object& self) {

@@ -68,8 +68,7 @@ std::string series_csv(const SceneResult& result, const BackendRun& run) {
 std::string contacts_csv(const SceneResult& result, const BackendRun& run) {
   std::string text =
       "time_s,a,b,status,point_x_m,point_y_m,point_z_m,normal_x,normal_y,normal_z,depth_m,force_x_n,force_y_"
-      "n,"
-      "force_z_n,impact_x_ns,impact_y_ns,impact_z_ns\n";
+      "n,force_z_n,impact_x_ns,impact_y_ns,impact_z_ns\n";
   for (const ContactRow& row : run.series.contacts) {
     fmt::format_to(std::back_inserter(text), "{},{},{},{}", row.time,
                    comparison::csv_text(result.solid_names[row.a]),

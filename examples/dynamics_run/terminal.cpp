@@ -86,8 +86,7 @@ std::string legend_text(const std::string& reference) {
       "dp: momentum of free bodies from nothing [N s]; dP, dL: drift of total momenta that the scene says "
       "stay\n"
       "[N s, N m s]; J gained, lost: energy beyond the work of drives and kinematic bodies [J]; m/s: fastest "
-      "at "
-      "the end; us: to find the\n"
+      "at the end; us: to find the\n"
       "contacts, and of a step (contacts and forces), median and 99.9 %; alloc: in all steps but the first\n",
       reference);
 }

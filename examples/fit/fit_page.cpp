@@ -239,8 +239,7 @@ std::string fit_page(const FitRun& run, const MeshDistance& solid, const ExcessS
   for (std::size_t at = 0; (at = data.find("</", at)) != std::string::npos;) data.insert(at + 1, "\\");
   const std::string summary = fmt::format(
       "{} triangles, {:.4g} m across, are {} hexahedra: no point of these is farther outside than {} ({:.3f} "
-      "% of the "
-      "diagonal); asked were {}.",
+      "% of the diagonal); asked were {}.",
       comparison::format_count(run.triangles), run.diagonal, run.fit.hexahedra.size(),
       millimetres(run.fit.excess), 100.0 * run.fit.excess / run.diagonal, millimetres(run.over));
   // The page's template says whether the cover is proven.

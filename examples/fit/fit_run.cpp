@@ -219,8 +219,7 @@ std::string table_text(const std::vector<FitRun>& runs) {
 std::string table_csv(const std::vector<FitRun>& runs) {
   std::string text =
       "mesh,triangles,shells,closed_shells,open_edges,diagonal_m,asked_m,hexahedra,error_m,fit_s,proven,"
-      "proof_s,samples,"
-      "uncovered\n";
+      "proof_s,samples,uncovered\n";
   for (const FitRun& run : runs)
     text += fmt::format("{},{},{},{},{},{},{},{},{},{:.2f},{},{:.2f},{},{}\n", run.name, run.triangles,
                         run.shells, run.closed_shells, run.open_edges, run.diagonal, run.over,

@@ -24,8 +24,7 @@ struct Options {
 bool parse(int argc, char** argv, Options& options) {
   CLI::App app{
       "Runs scenes with dynamics and a guard in one loop: hand controller, torque-limited joints and contact "
-      "forces, "
-      "proof and motion modification, output; what is shown never merges."};
+      "forces, proof and motion modification, output; what is shown never merges."};
   app.add_option("--scene", options.scenes, "Names or files (default: all bundled ones; --list names them)");
   app.add_option("--contacts", options.contacts, "Narrowphases behind the dynamics' contacts, or all")
       ->capture_default_str();

@@ -59,8 +59,7 @@ std::string losses(const BenchResults& results, const std::vector<Entry>& newest
     }
   }
   return "<section id='losses'><h2>Where ours loses</h2>\n<p>Sets of one pair a call, hot, in one run, in "
-         "which "
-         "<code>native</code> is wrong, coarse, or slower than an engine that is right in all of the "
+         "which <code>native</code> is wrong, coarse, or slower than an engine that is right in all of the "
          "set.</p>\n" +
          (list.empty() ? "<p>Nowhere in these files.</p>\n" : "<ul>\n" + list + "</ul>\n") + "</section>\n";
 }
@@ -122,10 +121,8 @@ std::string plots(const BenchResults& results, const std::vector<Entry>& newest,
   const PlotAxes axes = axes_for(sets);
   std::string html =
       "<section id='speed'><h2>Speed against error</h2>\n<p>One pair a call. An engine with a wrong or "
-      "missing "
-      "answer earns no speed mark: it stands hollow at the right, with its count. Engines in processes are "
-      "timed "
-      "with their pipe, a round trip a pair.</p>\n";
+      "missing answer earns no speed mark: it stands hollow at the right, with its count. Engines in "
+      "processes are timed with their pipe, a round trip a pair.</p>\n";
   for (const SetResult& set : sets) {
     html += fmt::format("<details{}><summary><h3>{}</h3></summary>\n", &set == &sets.front() ? " open" : "",
                         xml_text(set.name));
@@ -161,8 +158,7 @@ std::string history(const BenchResults& results) {
     }
   }
   return "<section id='history'><h2>History by version</h2>\n<p>Every engine of every file, in the order in "
-         "which "
-         "the files were named: wrong or open answers of those asked.</p>\n" +
+         "which the files were named: wrong or open answers of those asked.</p>\n" +
          rows.str() + "</section>\n";
 }
 
@@ -192,11 +188,10 @@ std::string index_page(const BenchResults& results, const Corpus& corpus) {
     if (!entry.sets.empty()) marks.push_back(entry.engine);
   std::string body = fmt::format(
       "<p>Contact checks on the same pairs of convex solids, judged by an exact one. A cell says what was "
-      "wrong, "
-      "then the dearest answer over S (the larger of size and coordinates). Red: a wrong class, a failure, a "
-      "missing value, or an answer that costs {:g} S, undecided ones too; it opens its cases. Yellow: "
-      "undecided, or an "
-      "answer that costs {:g} S. Rules: <code>examples/bench/README.md</code>.</p>\n",
+      "wrong, then the dearest answer over S (the larger of size and coordinates). Red: a wrong class, a "
+      "failure, a missing value, or an answer that costs {:g} S, undecided ones too; it opens its cases. "
+      "Yellow: undecided, or an answer that costs {:g} S. Rules: "
+      "<code>examples/bench/README.md</code>.</p>\n",
       kFar, kCoarse);
   body += losses(results, newest);
   for (const QueryKind query : kQueryKinds) body += table(results, newest, marks, query);

@@ -148,9 +148,8 @@ std::string path_section(const BenchResults& results, const std::vector<Entry>& 
   return "<section id='paths'><h2>Paths</h2>\n<p>Where two moving solids are stopped before they meet: by "
          "conservative advancement on the engine's own separations (proven), by its verdict at poses "
          "(sampled), or by a sweep of the engine's own, under a name of its own (swept). A cell says what "
-         "was "
-         "wrong, then the dearest answer over S: how deep the solids are where they stop, or how far apart "
-         "still. A stop that is still 1e-3 S away is early. Sweeps are not asked about paths that turn "
+         "was wrong, then the dearest answer over S: how deep the solids are where they stop, or how far "
+         "apart still. A stop that is still 1e-3 S away is early. Sweeps are not asked about paths that turn "
          "further than they follow.</p>\n" +
          rows.str() + sets_table(results) + "</section>\n";
 }

@@ -125,8 +125,7 @@ void add_options(CLI::App& app, Options& options, RawOptions& raw) {
   // Cases: families, scenes, files.
   app.add_option("--families", options.families,
                  "Pair families, 'all' or 'none' (default: all; none where --pairs, --capture, --corpus or "
-                 "--scene brings "
-                 "cases of your own, which then decide alone)");
+                 "--scene brings cases of your own, which then decide alone)");
   app.add_option("--count", raw.count, "Pairs a family (default 20000, 500 with --quick)")
       ->check(CLI::Range(1, 10000000));
   app.add_option("--seed", options.seed, "Seed of the pair families")

@@ -223,8 +223,7 @@ std::string verdict_text(const Verdict& verdict) {
   }
   return text + table.str() +
          "  ns a pair: of all pairs of these sets; 99.9 %: of single calls, a pair or a scene\'s frame, with "
-         "the "
-         "clock\'s\n  own time; -: too few calls, or not counted\n";
+         "the clock\'s\n  own time; -: too few calls, or not counted\n";
 }
 
 namespace {

@@ -53,10 +53,8 @@ std::string bar(const Timing& timing, std::size_t mode, int place, const LogScal
   const double q1 = x(timing.lower_quartile_ns), q3 = x(timing.upper_quartile_ns);
   return fmt::format(
              "<g><title>{}: median {} ns, quartiles {} to {}, least {}, 99% {}, of {} blocks</title><path "
-             "class='whisker m{}' "
-             "d='M{:.1f} {:.1f}H{:.1f}'/><rect class='box m{}' x='{:.1f}' y='{:.1f}' width='{:.1f}' "
-             "height='6'/><g "
-             "class='m m{}'>{}</g></g>",
+             "class='whisker m{}' d='M{:.1f} {:.1f}H{:.1f}'/><rect class='box m{}' x='{:.1f}' y='{:.1f}' "
+             "width='{:.1f}' height='6'/><g class='m m{}'>{}</g></g>",
              kModes[mode], format_ns(timing.median_ns), format_ns(timing.lower_quartile_ns),
              format_ns(timing.upper_quartile_ns), format_ns(timing.minimum_ns), format_ns(shown_p99(timing)),
              timing.blocks, place, x(timing.minimum_ns), y, x(line_end(timing)), place, q1, y - 3,

@@ -16,8 +16,7 @@ struct VerdictText {
 inline constexpr VerdictText kVerdictTexts[] = {
     {"fastest",
      "fastest within {error} m on {which}{domain}: {backend}, {ns} ns a pair{with}; {beyond}; of {cases} of "
-     "{all} "
-     "cases"},
+     "{all} cases"},
     {"with", ", with {wrong}"},
     {"none", "no backend stays within {error} m on {which}{domain}; of {cases} of {all} cases"},
     {"empty", "nothing is compared: none of {all} cases is in what was chosen{domain}"},

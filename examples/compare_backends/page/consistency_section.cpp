@@ -55,17 +55,12 @@ std::string consistency_section(const Page& page) {
   if (!any) return "";
   return fmt::format(
              "<h2>Consistency</h2>\n<p>The same pairs asked in other ways, up to {} a set: distances "
-             "(overlaps, of "
-             "a backend without). Each cell: pairs whose class changed; pairs in which a bit of class, "
-             "separation "
-             "or normal changed; the largest change of a separation over S (-: none is given). Moved: both "
-             "solids by one rotation "
-             "and translation, which rounds their vertices, so bits are not compared, and the class is not "
-             "of "
-             "pairs whose exact separation is within 32 eps S of 0: those left out. A backend that declares "
-             "itself not "
-             "thread "
-             "safe is not asked on threads.</p>\n",
+             "(overlaps, of a backend without). Each cell: pairs whose class changed; pairs in which a bit "
+             "of class, separation or normal changed; the largest change of a separation over S (-: none is "
+             "given). Moved: both solids by one rotation and translation, which rounds their vertices, so "
+             "bits are not compared, and the class is not of pairs whose exact separation is within 32 eps S "
+             "of 0: those left out. A backend that declares itself not thread safe is not asked on "
+             "threads.</p>\n",
              format_count(kConsistencyCases)) +
          totals.str() + by_set + source_note("consistency, pair_sets[].backends[].consistency");
 }

@@ -91,10 +91,8 @@ std::string drift_section(const Page& page) {
   if (report.drift.runs.empty())
     return std::string(kHeading) +
            "<p class='gap'>Missing: dynamics drift against contact error. <code>dynamics_run --out "
-           "FOLDER</code> "
-           "runs the scenes with dynamics over every backend; <code>--dynamics FOLDER/results.json</code> "
-           "brings "
-           "them here.</p>\n";
+           "FOLDER</code> runs the scenes with dynamics over every backend; <code>--dynamics "
+           "FOLDER/results.json</code> brings them here.</p>\n";
   // The verdict comes first, then its grounds: standings, scenes and errors.
   const std::string plot = drift_plot(report.drift, report.rankings, page.names, false);
   std::string html = kHeading + verdict(page);
@@ -106,9 +104,8 @@ scenes that touch. The time of a step holds contacts and forces: the geometric m
   html += standings(page) + "<h3>Scene by scene</h3>\n" + scenes(page);
   html +=
       "<h3>Against the error of a contact</h3>\n<p>The worst error of a manifold's figures over the "
-      "families. One "
-      "mark a scene, hollow where the run is not within the scene's limits; the row above: not run, or "
-      "stopped.</p>\n";
+      "families. One mark a scene, hollow where the run is not within the scene's limits; the row above: not "
+      "run, or stopped.</p>\n";
   html += plot.empty() ? "<p class='gap'>Missing: the figure. No contact error was measured.</p>\n"
                        : "<div class='wide'>" + plot + "</div>\n";
   return html + left_out(report.drift) + every_run(page) +

@@ -42,8 +42,7 @@ std::string coverage(const Page& page) {
   if (!is_any) return "";
   return "<h3>Patch coverage</h3>\n<p>Manifold query, contacts face on face: how far the area of the points' "
          "hull is from that of the true patch, as a share of it. 0: the points hold the whole face; 1: a "
-         "line "
-         "or a point, on which a block turns over.</p>\n" +
+         "line or a point, on which a block turns over.</p>\n" +
          table.str() + source_note("pair_sets[].backends[].errors.patch_coverage");
 }
 
@@ -90,9 +89,8 @@ std::string errors_section(const Page& page) {
   html +=
       "<h3>Error against true separation</h3>\n<p>Signed, both over S, linear within 1e-17 and logarithmic "
       "beyond; left: in contact, right: apart; up: reported further apart or less deep than true. A margin "
-      "or "
-      "tolerance of an engine is a level band, a relative error a slope. Every set's pairs, evenly spread, "
-      "and its worst.</p>\n<div class='plots small'>\n";
+      "or tolerance of an engine is a level band, a relative error a slope. Every set's pairs, evenly "
+      "spread, and its worst.</p>\n<div class='plots small'>\n";
   for (const std::string& name : page.names) {
     const std::string plot = signed_error_plot(report.sets, name, page.names, false);
     html += plot.empty() ? "<p class='gap'>" + page.named(name) + ": answers no distances.</p>\n" : plot;

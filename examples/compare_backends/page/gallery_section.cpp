@@ -41,18 +41,11 @@ std::string gallery_section(const Page& page) {
   html += fmt::format(
       "<p>Of each backend and set, scenes too, the answer with the largest error over S: of all queries, a "
       "figure that it carries (distance, depth, normal, points), or a contact missed or reported where none "
-      "is, "
-      "by "
-      "the exact separation. The {} worst of these, at most {} of one backend, so that one backend's many do "
-      "not "
-      "hide the others' few. Answers that claim nothing (undecided, failed, unsupported) are not among them. "
-      "Solid lines: A, "
-      "dashed: "
-      "B, seen across the exact normal, which lies level. Thick arrow: the exact normal; thin arrows with "
-      "marks: "
-      "the backends' (shorter where they leave the picture's plane). The command shows every "
-      "digit.</p>\n<div "
-      "class='gallery'>\n",
+      "is, by the exact separation. The {} worst of these, at most {} of one backend, so that one backend's "
+      "many do not hide the others' few. Answers that claim nothing (undecided, failed, unsupported) are not "
+      "among them. Solid lines: A, dashed: B, seen across the exact normal, which lies level. Thick arrow: "
+      "the exact normal; thin arrows with marks: the backends' (shorter where they leave the picture's "
+      "plane). The command shows every digit.</p>\n<div class='gallery'>\n",
       page.report.gallery.size(), kGalleryOfOne);
   for (const GalleryCase& shown : page.report.gallery) html += one_case(page, shown);
   return html + "</div>\n" + source_note("gallery", "figures/worst_<number>.svg");

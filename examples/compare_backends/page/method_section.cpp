@@ -17,10 +17,9 @@ std::string machine(const Machine& of) {
     libraries += fmt::format("{}{} {}", libraries.empty() ? "" : ", ", xml_text(name), xml_text(version));
   return fmt::format(
       "<h3>Machine and build</h3><dl><dt>machine</dt><dd>{}, instruction set {}, {} hardware "
-      "threads</dd><dt>system</dt><dd>{}</dd>"
-      "<dt>compiler</dt><dd>{}, {}</dd><dt>flags</dt><dd><code>{}</code></dd><dt>versions</dt><dd>Touchstone "
-      "{}, "
-      "{}; the engines' stand with the backends</dd></dl>\n",
+      "threads</dd><dt>system</dt><dd>{}</dd><dt>compiler</dt><dd>{}, "
+      "{}</dd><dt>flags</dt><dd><code>{}</code></dd><dt>versions</dt><dd>Touchstone {}, {}; the engines' "
+      "stand with the backends</dd></dl>\n",
       xml_text(of.cpu), xml_text(of.instruction_set), of.hardware_threads, xml_text(of.system),
       xml_text(of.compiler), xml_text(of.build_type), xml_text(of.flags), xml_text(of.version), libraries);
 }
@@ -96,8 +95,7 @@ std::string backends(const Page& page) {
 std::string schema() {
   std::string html =
       "<details><summary>Schema of results.json and results.csv</summary>\n<p>A figure that was not measured "
-      "is "
-      "null, an infinite one the string \"inf\". Every object of the same kind has the same keys.</p>\n"
+      "is null, an infinite one the string \"inf\". Every object of the same kind has the same keys.</p>\n"
       "<table class='schema'><thead><tr><th>in</th><th>keys</th><th>meaning</th></tr></thead><tbody>\n";
   for (const SchemaEntry& entry : kJsonSchema) {
     html += fmt::format("<tr><td>{}</td><td><code>{}</code></td><td>{}</td></tr>\n", entry.where, entry.keys,
@@ -114,10 +112,8 @@ std::string method_section(const Page& page) {
   for (const std::string_view limit : kKnownLimits) html += "<li>" + xml_text(std::string(limit)) + "</li>\n";
   return html + "</ul>\n" + schema() +
          "<p>A case is replayed with <code>compare_backends --case ID --seed SEED</code> (and the pairs or "
-         "scene it is of); two runs are compared with "
-         "<code>compare_backends diff OLD.json NEW.json</code>. The same figures: results.json, results.csv; "
-         "each "
-         "plot: figures/.</p>\n";
+         "scene it is of); two runs are compared with <code>compare_backends diff OLD.json NEW.json</code>. "
+         "The same figures: results.json, results.csv; each plot: figures/.</p>\n";
 }
 
 }  // namespace touchstone::comparison

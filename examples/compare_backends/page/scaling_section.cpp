@@ -37,9 +37,8 @@ std::string broadphases(const Page& page) {
   if (report.broadphases.empty())
     return "<p class='gap'>Missing: broadphases. Not run (--no-broadphase).</p>\n";
   return "<h3>Broadphases: objects and hexahedra an object</h3>\n<p>update and find_pairs of objects that "
-         "all "
-         "move and turn every frame. Missed: of the pairs whose hexahedra are within the margin in the last "
-         "frame, taken from all pairs up to 10 000 hexahedra, beyond that from the candidates of all "
+         "all move and turn every frame. Missed: of the pairs whose hexahedra are within the margin in the "
+         "last frame, taken from all pairs up to 10 000 hexahedra, beyond that from the candidates of all "
          "broadphases, confirmed by <code>exact</code>. With overlap: and the overlap of all pairs by the "
          "narrowphase of the same name, as one batch. <code>edge_face</code> is the paper's coarse check: "
          "every two objects, a list node allocated for each pair in range, and pairs missed whose spheres "

@@ -60,8 +60,7 @@ std::string trade_text(const Page& page, const SceneResult& scene) {
   if (trade.rows.empty()) return "";
   std::string html = fmt::format(
       "<h4>Smallest sufficient model</h4><p>Models of the scene, all pairs or those that the motion needs, "
-      "against {}; "
-      "allowed: {} m, over {}</p>\n",
+      "against {}; allowed: {} m, over {}</p>\n",
       trade.round ? "the true round parts" : "the hexahedra as written", format_error(trade.allowed),
       evidence(scene));
   for (const QueryKind query : kQueryKinds) html += least_that_serves(trade, query);
@@ -82,8 +81,7 @@ std::string selection_text(const std::vector<SelectionRow>& rows) {
     table.add({format_count(row.objects), format_count(row.switched_off), format_ns(row.candidate_pairs),
                format_ns(row.frame.median_ns * 1e-3)});
   return "<h3>Time saved by selection</h3><p>A contact world of boxes that all move and turn, with objects "
-         "switched "
-         "off: what a frame costs.</p>" +
+         "switched off: what a frame costs.</p>" +
          table.str();
 }
 
@@ -98,8 +96,7 @@ std::string frame_time(const BackendResult& backend, QueryKind query) {
 std::string one_scene(const Page& page, const SceneResult& scene) {
   std::string html = fmt::format(
       "<section><h3>{}</h3><p class='soft'>{} {} of {} frames at {} Hz, {} pairs each; first contact of the "
-      "commanded "
-      "motion: {}.{}</p>\n",
+      "commanded motion: {}.{}</p>\n",
       xml_text(scene.name), xml_text(scene.description), format_count(scene.frames),
       format_count(scene.all_frames), scene.rate, scene.pairs,
       scene.exact_first_contact ? fmt::format("{:.4f} s", *scene.exact_first_contact) : "none",

@@ -57,10 +57,9 @@ std::string speed_section(const Page& page) {
       "with a whisker to the 99th percentile; both of " +
       blocks_text(report) +
       " (fewer than 100 blocks: no whisker). The column on the left is exactly 0. A backend with any wrong "
-      "or "
-      "missing answer gets no speed mark: it stands hollow on the rail; below, who does not support how many "
-      "pairs. The dashed line joins the backends "
-      "that none beats in both: above it and right of it something is faster and more exact.</p>\n";
+      "or missing answer gets no speed mark: it stands hollow on the rail; below, who does not support how "
+      "many pairs. The dashed line joins the backends that none beats in both: above it and right of it "
+      "something is faster and more exact.</p>\n";
   for (const QueryKind query : kQueryKinds) {
     html += fmt::format("<h3>{}</h3><div class='plots'>\n", to_string(query));
     for (const SetResult& set : report.sets) html += speed_error_plot(set, query, axes, page.names, false);

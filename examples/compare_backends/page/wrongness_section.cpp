@@ -88,12 +88,11 @@ std::string matrix(const Page& page, QueryKind query) {
 std::string wrongness_section(const Page& page) {
   if (!page.report.has_truth || page.report.sets.empty()) return "";
   std::string html =
-      "<h2>Wrong answers</h2>\n<p>Of the pairs in each set. <em>Missed</em>: reported apart, yet in "
-      "contact. <em>Phantom</em>: reported in contact, yet apart. <em>No value</em>: the class is right, a "
-      "figure that was asked for is missing. <em>Below</em>: the 95 % upper bound of the share of wrong or "
-      "missing answers among pairs drawn like these (Clopper and Pearson; none of n: near 3 / n). A cell "
-      "opens "
-      "its kinds, each with its bound, and its worst cases with the commands that replay them.</p>\n";
+      "<h2>Wrong answers</h2>\n<p>Of the pairs in each set. <em>Missed</em>: reported apart, yet in contact. "
+      "<em>Phantom</em>: reported in contact, yet apart. <em>No value</em>: the class is right, a figure "
+      "that was asked for is missing. <em>Below</em>: the 95 % upper bound of the share of wrong or missing "
+      "answers among pairs drawn like these (Clopper and Pearson; none of n: near 3 / n). A cell opens its "
+      "kinds, each with its bound, and its worst cases with the commands that replay them.</p>\n";
   for (const QueryKind query : kQueryKinds) html += matrix(page, query);
   return html + source_note("pair_sets[].backends[].queries.*: wrong, wrong_cases");
 }

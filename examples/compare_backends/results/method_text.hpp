@@ -12,12 +12,10 @@ inline constexpr std::array<std::pair<std::string_view, std::string_view>, 9> kT
     {"batch", "through the interface, many pairs a call"},
     {"raw",
      "a floor: the engine's own cheapest call, of those measured, on objects already posed and in the cache "
-     "(the block was just run through once, untimed; beside it stands `cached`). ode: dBoxTouchesBox for "
-     "the "
+     "(the block was just run through once, untimed; beside it stands `cached`). ode: dBoxTouchesBox for the "
      "overlap and dBoxBox for the manifold of boxes, both on data in arrays (through geoms, whose poses lie "
      "scattered over the heap, the same call took four times as long, and dCollide longer still); dCollide "
-     "for "
-     "other hexahedra. bullet: btBoxBoxDetector for boxes. bullet on other hexahedra, and bullet_gjk: "
+     "for other hexahedra. bullet: btBoxBoxDetector for boxes. bullet on other hexahedra, and bullet_gjk: "
      "btGjkEpaSolver2::Distance (GJK without EPA) for the overlap, btGjkPairDetector with EPA for the rest. "
      "libccd: ccdGJKIntersect and ccdMPRIntersect on world vertices. fcl: fcl::collide, and fcl::distance "
      "for the distance. mujoco: the function of its own collision table for the pair's types, whatever is "

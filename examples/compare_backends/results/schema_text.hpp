@@ -88,8 +88,7 @@ inline constexpr SchemaEntry kJsonSchema[] = {
     {"path_sets.backends", "impacts", "where motion stops"},
     {"impacts", "answered missed late phantom early open failed unsupported",
      "missed: it goes through; late: it stops in the contact; phantom: it stops on a clear path; early: 1e-3 "
-     "S "
-     "and more before the contact"},
+     "S and more before the contact"},
     {"path_sets.backends", "worst wrong_cases", "the dearest answer; the wrong and open ones that cost most"},
     {"worst, wrong_cases", "path stops_at_s", "s from 0 to 1; cost_m: how deep there, or how far apart"},
     {"root", "broadphases", "one entry a broadphase and swarm"},
@@ -110,8 +109,7 @@ inline constexpr SchemaEntry kJsonSchema[] = {
     {"trade", "allowed_m frames all_frames frames_near_contact", "--max-error or the gap; the frames judged"},
     {"trade", "frames_that_differ_in_class frames_wrong_below_95",
      "where two models differ in exact class; 95 % bound of the share of frames with an error that none of "
-     "them "
-     "has"},
+     "them has"},
     {"trade", "round reference_width_m selection_frames",
      "judged against the true round parts, known to half of this; frames over which needed pairs were looked "
      "for"},
@@ -159,11 +157,10 @@ inline constexpr SchemaEntry kJsonSchema[] = {
      "speed of the verdict, 99.9 % of a call, allocations a query"},
     {"choices.sets", "curves",
      "numbers in digits of 5 bits, least first, of A-Z a-z 0-9 + /, 32 added to all but a number's last. A "
-     "list "
-     "of: class (apart, touching, deep), apart bin, within bin, cases, missed, phantom, undecided, failed, "
-     "unsupported; then for each thing asked (overlap one; else value, + normals, + points, both): missing, "
-     "worst code, its id, its reason, number of coverage bins (0: as the one before), each: bin, number of "
-     "codes, each: difference from the last, count"},
+     "list of: class (apart, touching, deep), apart bin, within bin, cases, missed, phantom, undecided, "
+     "failed, unsupported; then for each thing asked (overlap one; else value, + normals, + points, both): "
+     "missing, worst code, its id, its reason, number of coverage bins (0: as the one before), each: bin, "
+     "number of codes, each: difference from the last, count"},
     {"root", "verdicts", "with --max-error: one a query, the one asked for first"},
     {"verdicts", "candidates choice of_cases fastest sentence headline",
      "cases: that it rests on, of_cases of the run"},
@@ -178,14 +175,11 @@ inline constexpr SchemaEntry kJsonSchema[] = {
 
 inline constexpr std::string_view kCsvSchema =
     "One row a set, backend and query: set, backend, query; counts of wrong and missing answers (cases, "
-    "missed, "
-    "phantom, undecided, failed, unsupported, missing_value); median and 99th percentile of single, batch, "
-    "raw, "
-    "cached and frame [ns]; allocations_per_query; the dearest case (worst_cost_m, worst_cost_case, "
-    "worst_cost_reason); for every measure median, p99, worst and its case, lengths over S and over size; "
-    "partial: 1 in "
-    "every row of a run that ended early. Empty: "
-    "not measured. unsupported is no wrong answer.";
+    "missed, phantom, undecided, failed, unsupported, missing_value); median and 99th percentile of single, "
+    "batch, raw, cached and frame [ns]; allocations_per_query; the dearest case (worst_cost_m, "
+    "worst_cost_case, worst_cost_reason); for every measure median, p99, worst and its case, lengths over S "
+    "and over size; partial: 1 in every row of a run that ended early. Empty: not measured. unsupported is "
+    "no wrong answer.";
 
 inline constexpr std::string_view kKnownLimits[] = {
     "Bounds speak of pairs drawn as these were, not of your pairs: bring them with --pairs.",

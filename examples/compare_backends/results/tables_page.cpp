@@ -158,8 +158,7 @@ std::string summary(const Json& results) {
     text += markdown_row(line);
   }
   return "## Summary\n\nMeans over the families of the medians [ns a pair], one pair a call and in batches, "
-         "and wrong "
-         "answers of all:\n\n" +
+         "and wrong answers of all:\n\n" +
          text + "\n";
 }
 

@@ -347,8 +347,7 @@ std::string_view definition(Measure measure) {
       "|h(n) - d|: h the separation along the returned unit normal n, computed with 64-bit mantissas (long "
       "double)",
       "largest of p_A's distance to A's surface, p_B's to B's, and |p_B - p_A - s n|; distances to surfaces "
-      "with "
-      "64-bit mantissas (long double, slivers in 113), good to 2^-60 of the largest coordinate",
+      "with 64-bit mantissas (long double, slivers in 113), good to 2^-60 of the largest coordinate",
       "manifold: |deepest point's separation - d|",
       "manifold: the worst witness error of its points, computed as for witness",
       "manifold: |area of the points' hull / area of the true patch - 1|, along n, of contacts face on face: "

@@ -47,13 +47,13 @@ int run(int argc, char** argv) {
     for (std::string& name : flight_names(script, backends)) flights.push_back(std::move(name));
   prepare_outputs(options->outputs, flights);
   comparison::print_now(
-      "stopped s: first stop; clear m: exact separation there; deep mm: deepest shown; between: and "
-      "between frames;\n"
+      "stopped s: first stop; clear m: exact separation there; deep mm: deepest shown; between: and between "
+      "frames;\n"
       "merged: frames shown in contact; missed: of those, wrongly or not reported; phantom: contact "
       "reported, none there;\n"
       "false stops: wrongly stopped of frames with a mover stopped; us: control and check of a frame;\n"
-      "cpu: the worst by the thread's own clock; alloc: in all frames (figure 2 lists anew what is "
-      "in range)\n");
+      "cpu: the worst by the thread's own clock; alloc: in all frames (figure 2 lists anew what is in "
+      "range)\n");
   // Methods are reported one by one, so that an interrupt loses none of them.
   const auto run_one = [&](const std::filesystem::path& script, ProgressLine& progress) {
     return run_script(script, *options, registry, backends, progress,

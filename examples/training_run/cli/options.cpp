@@ -13,8 +13,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv,
   options.scripts = scripts;
   CLI::App app{
       "Flies the training scenes from hand-controller scripts by four methods: no check, contact known 100 "
-      "ms "
-      "late (the paper's Figure 1), whole steps refused by the paper's own check (Figure 2, its first "
+      "ms late (the paper's Figure 1), whole steps refused by the paper's own check (Figure 2, its first "
       "build), and the contact world; judged by exact."};
   // Scripts and backends are chosen by name.
   app.add_option("--scene", options.scenes,

@@ -126,11 +126,9 @@ std::string results_csv(const std::vector<ScriptResult>& results,
   using comparison::csv_text;
   std::string text =
       "script,method,backend,check,not_flown,policy,frame_rate_hz,gap_m,frames,stops,first_stop_s,first_"
-      "clearance_m,"
-      "deepest_shown_m,deepest_between_m,merged_frames,passed_through_frames,missed_frames,"
-      "phantom_frames,blocked_frames,false_stop_frames,median_us,p99_9_us,worst_us,median_cpu_us,"
-      "p99_9_cpu_us,worst_cpu_us,allocations,"
-      "queries,iteration_limits,partial\n";
+      "clearance_m,deepest_shown_m,deepest_between_m,merged_frames,passed_through_frames,missed_frames,"
+      "phantom_frames,blocked_frames,false_stop_frames,median_us,p99_9_us,worst_us,median_cpu_us,p99_9_cpu_"
+      "us,worst_cpu_us,allocations,queries,iteration_limits,partial\n";
   const int partial = not_measured.empty() ? 0 : 1;
   for (const ScriptResult& result : results) {
     const Scene& scene = result.setting->scene();
