@@ -215,6 +215,7 @@ using SceneClass = py::class_<DynamicScene, std::shared_ptr<DynamicScene>>;
 
 void bind_joints(SceneClass& scene) {
   scene
+      // Joints of trees, and between any bodies.
       .def("add_joint", &add_joint, py::arg("mechanism"), py::arg("name"), py::arg("child"),
            py::arg("parent") = py::none(), py::arg("kind") = "revolute", py::arg("position") = py::none(),
            py::arg("axis") = py::make_tuple(0.0, 0.0, 1.0), py::arg("value") = 0.0, py::arg("rate") = 0.0,
@@ -236,6 +237,7 @@ void bind_joints(SceneClass& scene) {
           "A joint between bodies, links and the ground (parent None), which may close loops. kind: 'fixed', "
           "'revolute', 'prismatic', 'ball'. Its value is 0 at the start. holds: False: from the action "
           "'join' on.")
+      // What is done to them at a time.
       .def("act", &act, py::arg("time"), py::arg("kind"), py::arg("what"), py::arg("drive") = py::none(),
            py::arg("value") = py::none(), py::arg("rate") = py::none(), py::arg("carrier") = py::none(),
            py::arg("allowed") = std::vector<std::pair<std::string, std::string>>{},
@@ -267,6 +269,7 @@ std::vector<std::string> joint_names(const DynamicScene& self) {
 }
 
 void bind_dynamic_scenes(py::module_& module) {
+  // Drives of joints.
   py::class_<SceneDrive>(module, "JointDrive", "What drives a joint.")
       .def(py::init(&make_drive), py::arg("mode") = "torque", py::arg("torque") = 0.0, py::arg("rate") = 0.0,
            py::arg("limit") = kInfinity, py::arg("position") = 0.0, py::arg("stiffness") = 0.0,
@@ -281,6 +284,7 @@ void bind_dynamic_scenes(py::module_& module) {
             return std::string();
           },
           "'torque', 'rate', 'brake' or 'position'.");
+  // The scene: its bodies, names and settings.
   SceneClass scene(module, "DynamicScene", "Bodies, joints, actions and their laws; SI units.");
   scene
       .def(py::init(&make_scene), py::arg("name"), py::arg("duration"), py::arg("step") = 1e-3,

@@ -130,10 +130,12 @@ py::dict last_step(const Run& self) {
 }
 
 void bind_state(py::class_<Run>& run) {
+  // Time.
   run.def_property_readonly("steps", [](Run& self) { return self.get().steps(); })
       .def_property_readonly(
           "time", [](Run& self) { return self.get().time(); }, "[s]")
       .def_property_readonly("is_over", [](Run& self) { return self.get().is_over(); })
+      // The objects.
       .def_property_readonly("poses", &poses_of, "(objects, 4, 4): X_WO.")
       .def_property_readonly(
           "velocities",
@@ -149,11 +151,13 @@ void bind_state(py::class_<Run>& run) {
                 self, [](const DynamicsEngine& of, std::size_t i) { return of.angular_velocity(i); });
           },
           "(objects, 3) [rad/s]; NaN for what is not dynamic.")
+      // The last step.
       .def_property_readonly(
           "contacts", &contacts_of,
           "(k,) records of the last step: solid_a, solid_b, status, separation [m], p_W, n_AB_W, "
           "force_W on B [N], impact_W [N s].")
       .def_property_readonly("last_step", &last_step, "Counts and times [us] of the last step.")
+      // Sums over all objects.
       .def_property_readonly(
           "energy", [](Run& self) { return self.get().energy(); }, "[J]")
       .def_property_readonly("linear_momentum",
@@ -162,6 +166,7 @@ void bind_state(py::class_<Run>& run) {
                              [](Run& self) { return frozen(array_of(self.get().angular_momentum())); })
       .def_property_readonly(
           "worst_depth", [](Run& self) { return self.get().worst_depth(); }, "The deepest overlap now [m].")
+      // Joints.
       .def("joint_value",
            [](Run& self, const std::string& name) { return self.get().joint_value(self.joint(name)); })
       .def("joint_rate",

@@ -77,7 +77,9 @@ void check_thread_count(std::size_t threads) {
     reject("threads", "are " + std::to_string(threads) + ", must be 1 to " + std::to_string(kMostThreads));
 }
 
-void bind_hands(py::module_& module) {
+namespace {
+
+void bind_object_stiffness(py::module_& module) {
   py::class_<HandStiffness>(module, "HandStiffness",
                             "How stiffly a hand holds a rigid object: springs from its tool frame T to where "
                             "the command has that. A slide goes where they are slackest.")
@@ -101,6 +103,9 @@ void bind_hands(py::module_& module) {
             return frozen(array_of(*self.X_OT));
           },
           "(4, 4), or None: at the centre of mass.");
+}
+
+void bind_arm_stiffness(py::module_& module) {
   py::class_<ArmHandStiffness>(module, "ArmHandStiffness",
                                "How stiffly a hand holds a mechanism: springs on a tool frame T of one of "
                                "its links, and one on each joint.")
@@ -124,6 +129,9 @@ void bind_hands(py::module_& module) {
       .def_property_readonly(
           "joints", [](const ArmHandStiffness& self) { return frozen(array_of(self.joints)); },
           "(n,) [N m/rad] or [N/m]; (0,): a hundredth of the least translation each.");
+}
+
+void bind_thread_pool(py::module_& module) {
   py::class_<ThreadPool, std::shared_ptr<ThreadPool>>(
       module, "ThreadPool",
       "Threads for the frames of worlds: World.set_thread_pool(). They sleep in between. Worlds that share "
@@ -133,8 +141,9 @@ void bind_hands(py::module_& module) {
       .def_property_readonly("threads", &ThreadPool::threads);
 }
 
-void bind_hands_of(WorldClass& world) {
+void bind_stiffness_of(WorldClass& world) {
   world
+      // Of an object, of a mechanism, and of objects that were given none.
       .def(
           "set_hand",
           [](GuardedWorld& self, ObjectHandle object, const std::optional<HandStiffness>& hand) {
@@ -157,7 +166,11 @@ void bind_hands_of(WorldClass& world) {
           },
           py::arg("hand"),
           "Of objects that were given none of their own; HandStiffness() unless this is called. No tool "
-          "frame.")
+          "frame.");
+}
+
+void bind_slide_budget(WorldClass& world) {
+  world
       .def(
           "set_slide_budget", &set_slide_budget, py::arg("pairs") = py::none(),
           py::arg("seconds") = py::none(), py::arg("mover_work") = kMoverWork,
@@ -167,7 +180,11 @@ void bind_hands_of(WorldClass& world) {
           "None: unlimited. A mover that is cut off stands as safely, only less far on: FrameReport.cut_off.")
       .def_property_readonly(
           "slide_budget", &slide_budget,
-          "{'pairs': int or None, 'seconds': float or None, 'mover_work': int or None}: None is unlimited.")
+          "{'pairs': int or None, 'seconds': float or None, 'mover_work': int or None}: None is unlimited.");
+}
+
+void bind_threads_of(WorldClass& world) {
+  world
       .def(
           "set_threads", &GuardedWorld::set_threads, py::arg("count"),
           "Frames run on so many threads of the world's own, 1 to 64, the caller's among them; the same bits "
@@ -190,6 +207,20 @@ void bind_hands_of(WorldClass& world) {
           py::arg("pool"),
           "Frames run on a ThreadPool's threads, which other worlds may share; None: on the caller's alone. "
           "The same bits with any.");
+}
+
+}  // namespace
+
+void bind_hands(py::module_& module) {
+  bind_object_stiffness(module);
+  bind_arm_stiffness(module);
+  bind_thread_pool(module);
+}
+
+void bind_hands_of(WorldClass& world) {
+  bind_stiffness_of(world);
+  bind_slide_budget(world);
+  bind_threads_of(world);
 }
 
 }  // namespace touchstone::python

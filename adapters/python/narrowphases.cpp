@@ -329,6 +329,7 @@ py::dict backend_table() {
 void bind_poses(py::module_& module) {
   py::class_<Poses>(module, "Poses",
                     "Poses X_WS of solids, checked and converted once; see the package's stubs for shapes.")
+      // Making, and writing anew.
       .def(py::init([](const py::object& poses, const py::object& quaternions) {
              return std::make_unique<Poses>(Poses::from(poses, quaternions));
            }),
@@ -343,6 +344,7 @@ void bind_poses(py::module_& module) {
           py::arg("poses"), py::arg("quaternions") = py::none(), py::arg("first") = 0,
           "Replaces the poses from `first` on, all or none of them. Raises RuntimeError while another thread "
           "reads them.")
+      // Reading.
       .def("matrices", &Poses::matrices, "A copy as (n, 4, 4), every bit as in the poses.")
       .def("__len__", [](const Poses& self) { return self.span().size(); })
       .def("__getitem__", [](const Poses& self, std::ptrdiff_t i) {
@@ -399,6 +401,7 @@ void bind_narrowphases(py::module_& module) {
   module.def("backends", backend_table,
              "Names of the narrowphases of this build, each with its description.");
   const py::none none;
+  // A narrowphase over solids.
   py::class_<BuiltNarrowphase>(
       module, "Narrowphase",
       "A fine check over solids. It stays as it is: any thread may ask, and Python's lock is free meanwhile. "
@@ -409,6 +412,7 @@ void bind_narrowphases(py::module_& module) {
            py::arg("backend"), py::arg("solids"),
            "solids: a sequence of Hexahedron, or their corners (n, 8, 3) [m]. Raises InputError for an "
            "unknown name, or a solid that the backend cannot represent.")
+      // Questions, each dearer than the one before.
       .def(
           "overlap",
           [](BuiltNarrowphase& self, const py::object& poses, const py::object& pairs,
@@ -443,6 +447,7 @@ void bind_narrowphases(py::module_& module) {
             return self.seconds({static_cast<QueryKind>(kind)}, poses, pairs, repeats);
           },
           "For benchmarks: processor seconds of evaluations in C++ alone.")
+      // What it is.
       .def_property_readonly("name", [](const BuiltNarrowphase& self) { return self.get().name(); })
       .def_property_readonly("capabilities", &capabilities_of,
                              "What it answers, and its resolution [m] (absolute + relative * scale).")

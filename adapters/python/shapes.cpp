@@ -40,6 +40,7 @@ py::array index_table(const std::array<std::array<std::uint8_t, kColumns>, kRows
 
 void bind_constructors(py::class_<Hexahedron>& hexahedron) {
   hexahedron
+      // Hexahedra.
       .def(py::init(&from_corners), py::arg("vertices"), py::arg("warp") = "within_tolerance",
            py::arg("name") = "hexahedron",
            "vertices: (8, 3) [m]. Vertex i has bits (x y z) = (i>>2 & 1, i>>1 & 1, i & 1); other orders of a "
@@ -51,6 +52,7 @@ void bind_constructors(py::class_<Hexahedron>& hexahedron) {
             return Hexahedron::from_size(vector3(size, "size"), name);
           },
           py::arg("size"), py::arg("name") = "box", "A box about its origin; size: (3,) full sides [m].")
+      // Rounded solids.
       .def_static("sphere", &Hexahedron::sphere, py::arg("radius"), py::arg("name") = "sphere",
                   "A sphere about its origin: a rounded solid.")
       .def_static("capsule", &Hexahedron::capsule, py::arg("radius"), py::arg("length"),
@@ -148,9 +150,11 @@ py::array nodes_of(const py::object& self) {
 void bind_tree(py::module_& module) {
   py::class_<HexahedronTree, std::shared_ptr<HexahedronTree>>(
       module, "HexahedronTree", "One rigid object's hexahedra under a tree of bounding spheres.")
+      // Making.
       .def(py::init(&make_tree_of), py::arg("solids"), py::arg("name") = "object",
            "solids: Hexahedron (at the object's origin, named h0, h1 ...) or (name, Hexahedron, pose X_OS), "
            "pose: None, (4, 4), or (position, quaternion wxyz).")
+      // The hexahedra and the tree over them.
       .def_property_readonly("name", &HexahedronTree::name)
       .def_property_readonly(
           "solids",

@@ -102,6 +102,7 @@ std::vector<PlacedHexahedron> placed_list(const py::iterable& solids) {
 
 void bind_parts(py::module_& module) {
   py::class_<LinkDescription>(module, "Link", "One rigid part of a mechanism.")
+      // A link: its hexahedra and its mass.
       .def(py::init([](const std::string& name, const py::iterable& solids, double mass,
                        const py::object& centre, const py::object& inertia) {
              LinkDescription made{name, placed_list(solids), {}};
@@ -116,6 +117,7 @@ void bind_parts(py::module_& module) {
            "solids: (name, Hexahedron, pose X_LS). mass [kg], centre (3,) of mass [m], inertia (3, 3) about "
            "it [kg m2].")
       .def_readonly("name", &LinkDescription::name);
+  // A joint: its frame, axis and limits.
   py::class_<JointDescription>(module, "Joint", "Joins a child link to its parent.")
       .def(py::init([](const std::string& name, const std::string& kind, const std::string& parent,
                        const std::string& child, const py::object& X_PJ, const py::object& axis, double lower,
@@ -153,11 +155,13 @@ void bind_mechanism(py::module_& module) {
   bind_parts(module);
   py::class_<Mechanism, std::shared_ptr<Mechanism>>(module, "Mechanism",
                                                     "A tree of links and joints, held by its base.")
+      // Making.
       .def(py::init(&make_mechanism), py::arg("name"), py::arg("links"), py::arg("joints"),
            py::arg("base") = "", py::arg("reference") = std::vector<double>{},
            py::arg("exempt") = std::vector<std::pair<std::string, std::string>>{},
            "base: the link that is held; the first, if empty. reference: a value a joint that moves. exempt: "
            "pairs of links, or 'link/hexahedron', that are not checked.")
+      // Names and the reference.
       .def_property_readonly("name", &Mechanism::name)
       .def_property_readonly("links",
                              [](const Mechanism& self) {
@@ -176,6 +180,7 @@ void bind_mechanism(py::module_& module) {
           "Names of the joints that move, in the order of joint values.")
       .def_property_readonly("reference",
                              [](const Mechanism& self) { return frozen(array_of(self.reference())); })
+      // Kinematics.
       .def(
           "with_base",
           [](const Mechanism& self, const std::string& link) {
@@ -232,11 +237,13 @@ void bind_objects(WorldClass& world) {
           py::arg("levels") = std::vector<std::shared_ptr<HexahedronTree>>{},
           "Adds an object; X_WO: None, (4, 4), or (position, quaternion wxyz). Its name is the tree's. "
           "levels: coarser and coarser trees of it, each hexahedron inside one of the next; for speed alone.")
+      // Which there are.
       .def("remove", [](GuardedWorld& self, ObjectHandle object) { self.get().remove(object); })
       .def("find", [](GuardedWorld& self, const std::string& name) { return self.get().find(name); })
       .def("is_alive", [](GuardedWorld& self, ObjectHandle object) { return self.get().is_alive(object); })
       .def("name_of",
            [](GuardedWorld& self, ObjectHandle object) { return std::string(self.get().name_of(object)); })
+      // Where they are.
       .def(
           "pose",
           [](GuardedWorld& self, ObjectHandle object) { return array_of(self.get().actual_pose(object)); },
@@ -247,6 +254,7 @@ void bind_objects(WorldClass& world) {
           "solid_poses",
           [](GuardedWorld& self, ObjectHandle object) { return poses_array(self.get().solid_poses(object)); },
           "(n, 4, 4): X_WS of its hexahedra; (0, 4, 4) between set-up and prepare() or frame().")
+      // Where they were within the last frame.
       .def("executed_parts", [](GuardedWorld& self) { return self.get().executed_parts(); })
       .def(
           "executed_pose",
@@ -270,10 +278,12 @@ void bind_mechanisms_of(WorldClass& world) {
           py::arg("mechanism"), py::arg("X_WB") = py::none(), py::arg("initial") = std::vector<double>{},
           py::arg("groups") = std::vector<std::string>{}, py::arg("weights") = std::vector<double>{},
           "Adds a mechanism held at X_WB; its links are objects named 'mechanism.link'.")
+      // Which there are.
       .def("remove_mechanism",
            [](GuardedWorld& self, MechanismHandle of) { self.get().remove_mechanism(of); })
       .def("link", [](GuardedWorld& self, MechanismHandle of,
                       const std::string& name) { return self.get().link(of, name); })
+      // Where they are.
       .def(
           "joint_values",
           [](GuardedWorld& self, MechanismHandle of) { return array_of(self.get().joint_values(of)); },
@@ -289,6 +299,7 @@ void bind_mechanisms_of(WorldClass& world) {
 void bind_rules(WorldClass& world) {
   const py::none none;
   world
+      // Set for all, for two groups, for two objects; the narrower one goes first.
       .def(
           "set_default_rule",
           [](GuardedWorld& self, const std::optional<std::string>& policy,
@@ -318,6 +329,7 @@ void bind_rules(WorldClass& world) {
           },
           py::arg("a"), py::arg("b"), py::arg("policy") = none, py::arg("warn_distance") = none,
           py::arg("translation_only") = none, py::arg("passive") = none)
+      // What follows from them.
       .def(
           "rule_of",
           [](GuardedWorld& self, ObjectHandle a, ObjectHandle b) {
@@ -338,6 +350,7 @@ Exemption exemption(ObjectHandle a, ObjectHandle b, const std::string& solid_a, 
 
 void bind_pairs_of(WorldClass& world) {
   world
+      // Pairs that are not checked.
       .def(
           "exempt",
           [](GuardedWorld& self, ObjectHandle a, ObjectHandle b, const std::string& solid_a,
@@ -349,6 +362,7 @@ void bind_pairs_of(WorldClass& world) {
           [](GuardedWorld& self, ObjectHandle a, ObjectHandle b, const std::string& solid_a,
              const std::string& solid_b) { self.get().unexempt(exemption(a, b, solid_a, solid_b)); },
           py::arg("a"), py::arg("b"), py::arg("solid_a") = "", py::arg("solid_b") = "")
+      // Objects that move as one.
       .def(
           "latch",
           [](GuardedWorld& self, ObjectHandle carrier, ObjectHandle carried,
@@ -361,6 +375,7 @@ void bind_pairs_of(WorldClass& world) {
           py::arg("allowed") = std::vector<std::pair<ObjectHandle, ObjectHandle>>{},
           "`carried` moves with `carrier` from now on; `allowed` pairs of objects are not checked meanwhile.")
       .def("unlatch", [](GuardedWorld& self, ObjectHandle carried) { self.get().unlatch(carried); })
+      // What is checked at all.
       .def(
           "select",
           [](GuardedWorld& self, bool on, const py::args& what) {
@@ -412,6 +427,7 @@ void bind_world(py::module_& module) {
   world
       .def(py::init<const std::string&, const std::string&, double>(), py::arg("narrowphase") = "native",
            py::arg("broadphase") = "native", py::arg("gap") = kDefaultGap, "gap: kept between objects [m].")
+      // Frames, and what comes before them.
       .def("frame", &frame, py::arg("poses") = py::dict(), py::arg("moves") = py::dict(),
            py::arg("joints") = py::dict(),
            "One frame. poses: {object: pose X_WO to go to}; moves: {object: (displacement_W (3,) [m], turn_W "
@@ -423,6 +439,7 @@ void bind_world(py::module_& module) {
           "reset", [](GuardedWorld& self) { self.get().reset(); },
           "Initial poses, no latches, everything selected.")
       .def_property_readonly("gap", [](GuardedWorld& self) { return self.get().gap(); });
+  // What a world has, part by part.
   bind_objects(world);
   bind_mechanisms_of(world);
   bind_rules(world);

@@ -92,6 +92,7 @@ Report kept(const FrameReport& of) {
 
 void bind_report(py::module_& module) {
   py::class_<Report>(module, "FrameReport", "How a frame went; counts are of this frame.")
+      // Lists: events, what hands felt, who was cut off.
       .def_property_readonly(
           "events", [](const py::object& self) { return rows_of(self, event_dtype(), &Report::events); },
           "(k,) records: kind (touchstone.EventKind), a and b (int(object)), solid_a, solid_b, part, s, "
@@ -110,6 +111,7 @@ void bind_report(py::module_& module) {
           "(k,) uint64, int(object): movers whose slides the budget ended; of a mechanism its first link.")
       .def_property_readonly(
           "cut_off", [](const Report& self) { return self.cut_off.size(); }, "How many of these there are.")
+      // Counts.
       .def_readonly("frame", &Report::frame)
       .def_readonly("blocked_movers", &Report::blocked_movers)
       .def_readonly("candidate_pairs", &Report::candidate_pairs)

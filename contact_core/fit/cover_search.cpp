@@ -653,6 +653,7 @@ std::vector<SixPlanes> CoverSearch::run(double thinnest, double margin, const Ch
   if (cells_.size() == 0) return {};
   std::vector<std::size_t> chosen;
   Bits covered(all_.size(), 0);
+  // A pool of candidates, and a cover of all cells chosen from it.
   for (const Sectors& sectors : sectors_) grow_sectors(sectors);
   choose(chosen, covered, 0, pool_.size());  // sectors first: the rest is what others have to cover
   for (int i = 0; i < effort_.first_seeds && covered != all_; ++i) {
@@ -660,6 +661,7 @@ std::vector<SixPlanes> CoverSearch::run(double thinnest, double margin, const Ch
     grow_from(some_uncovered(covered));
   }
   choose(chosen, covered, effort_.seeds_a_choice, static_cast<std::size_t>(-1));
+  // Fewer of them, until the check accepts each.
   drop_redundant(chosen);
   look_for_fewer(chosen, effort_.repairs);
   for (int round = 0;; ++round) {

@@ -156,6 +156,7 @@ std::size_t NearCells::count_in(const Index& first, const Index& last) const {
 }
 
 NearCells::Part NearCells::part_of(std::vector<Index> cells) const {
+  // Cells near the mesh in the box about some cells.
   const auto count_about = [this](std::span<const Index> some, Index& first, Index& last) {
     first = last = some.front();
     for (const Index& cell : some) {
@@ -166,6 +167,7 @@ NearCells::Part NearCells::part_of(std::vector<Index> cells) const {
     }
     return count_in(first, last);
   };
+  // The cut across an axis that leaves fewest of them in the boxes of both sides.
   Part part;
   part.count = count_about(cells, part.first, part.last);
   Index first, last;
@@ -184,6 +186,7 @@ NearCells::Part NearCells::part_of(std::vector<Index> cells) const {
       }
     }
   }
+  // A cut that gains little is none.
   if (static_cast<double>(part.gain) < kLeastGain * static_cast<double>(part.count)) part.gain = 0;
   part.cells = std::move(cells);
   return part;

@@ -138,6 +138,7 @@ std::string plots(const BenchResults& results, const std::vector<Entry>& newest,
 
 std::string history(const BenchResults& results) {
   HtmlTable rows({"engine", "version", "file", "overlap", "distance", "manifold", "worst distance over S"});
+  // A row a file, engine by engine.
   std::set<std::string> names;
   for (const Entry& entry : results.entries)
     if (!entry.sets.empty()) names.insert(entry.engine);

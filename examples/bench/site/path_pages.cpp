@@ -129,10 +129,12 @@ std::string path_cell_name(const Entry& entry, const std::string& set) {
 
 std::string path_section(const BenchResults& results, const std::vector<Entry>& newest) {
   if (results.path_sets.empty()) return "";
+  // A column a set.
   std::vector<std::string> header = {"engine", "wrong, open or early", "check",
                                      "first pose in contact is right"};
   for (const FiledPathSet& set : results.path_sets) header.push_back(set.name);
   HtmlTable rows(header);
+  // A row an engine, the fewest wrong first.
   std::vector<const Entry*> order;
   for (const Entry& entry : newest)
     if (!entry.paths.empty()) order.push_back(&entry);

@@ -135,6 +135,7 @@ ControlAnswer Flight::set(const Control& control) {
   using Kind = Control::Kind;
   const auto joints = static_cast<std::uint32_t>(ghost_joints_.size());
   switch (control.kind) {
+    // How commands are meant.
     case Kind::frame_of_command:
       state_.frame = static_cast<CommandFrame>(control.index);
       state_.camera = control.attitude;
@@ -151,6 +152,7 @@ ControlAnswer Flight::set(const Control& control) {
       start_hands();
       if (control.on) state_.joint = control.index;
       return {};
+    // What is held and flown.
     case Kind::latch:
       return latch(control.index);
     case Kind::release:
@@ -159,6 +161,7 @@ ControlAnswer Flight::set(const Control& control) {
       return reset("reset");
     case Kind::select:
       return select(control.index, control.on);
+    // What the flight begins anew for, or what changes in it.
     case Kind::methods:
       state_.methods = (control.index & kAllMethods) | 1U << static_cast<unsigned>(MethodKind::ours);
       return reset("methods chosen; reset");

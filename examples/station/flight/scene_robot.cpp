@@ -82,6 +82,7 @@ std::vector<ObjectMesh> SceneRobot::meshes(const training::Setting& setting) con
 
 std::string flown_bits(const training::Arm& arm) {
   std::string bits;
+  // Hexahedra, joints and masses.
   const Mechanism& mechanism = *arm.mechanism;
   for (std::uint32_t i = 0; i < mechanism.solids().size(); ++i) {
     append(bits, mechanism.link_of(i));
@@ -101,6 +102,7 @@ std::string flown_bits(const training::Arm& arm) {
     append(bits, link.mass.centre_L);
     append(bits, Pose{link.mass.inertia_L, link.mass.inertia_about_L});
   }
+  // Pairs that are not checked; where the arm stands.
   const auto solids = static_cast<std::uint32_t>(mechanism.solids().size());
   for (std::uint32_t a = 0; a < solids; ++a)
     for (std::uint32_t b = a + 1; b < solids; ++b) append(bits, mechanism.is_exempt(a, b));

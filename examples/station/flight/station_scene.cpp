@@ -124,6 +124,7 @@ json cameras_json(const StationScene& scene) {
   const training::Arm* const arm = scene.arm();
   const Vector3 tip = scene.setting.scene().objects[scene.hand_object()].X_WO.p;
   const double share = scene.view / kFarthestView;
+  // On the arm: beside each tip, and on its links.
   if (arm != nullptr) {
     for (const Tip& each : scene.tips) {
       const bool is_first = &each == scene.tips.data();
@@ -139,6 +140,7 @@ json cameras_json(const StationScene& scene) {
           out.push_back(camera(each.name, static_cast<int>(arm->first_object + i), each.position, each.look,
                                each.up, each.fov));
   }
+  // In the bay.
   const Vector3 bay = tip + share * Vector3(2.5, -3.5, 1.2);
   const Vector3 mast = tip + share * Vector3(-3.0, -2.5, 2.5);
   const Vector3 below = tip - share * Vector3(0.0, 0.0, 0.5);

@@ -117,16 +117,19 @@ std::size_t frame_bytes(const Header& header) {
 }
 
 void write_header(const Header& header, Writer& out) {
+  // What this is.
   out.put(kFrameMagic);
   out.put(std::uint16_t{1});
   out.put(static_cast<std::uint16_t>(kFrameHeader));
   out.put(header.frame);
+  // Times.
   out.put(header.time);
   out.put(header.has_input ? header.input.browser_us : kNaN);
   out.put(header.input.received_us);
   out.put(header.started_us);
   out.put(header.decided_us);
   out.put(0.0);
+  // Whose command, and how much follows.
   out.put(header.input.client);
   out.put(header.input.number);
   out.put(static_cast<std::uint32_t>(header.objects));
@@ -134,6 +137,7 @@ void write_header(const Header& header, Writer& out) {
   out.put(static_cast<std::uint16_t>(header.joints));
   out.put(static_cast<std::uint32_t>(header.contacts));
   out.put(static_cast<std::uint32_t>(header.distances));
+  // State, and padding to whole words.
   out.put(header.missed);
   out.put(std::uint64_t{0});
   out.put(header.flags);

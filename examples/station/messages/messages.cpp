@@ -234,6 +234,7 @@ std::string hello_json(const StationScenes& scenes, std::size_t scene, std::uint
   json names = json::array();
   for (const auto& each : scenes)
     names.push_back({{"name", each->name}, {"title", each->setting.script().name}});
+  // What the page has to know before the first frame.
   const HandScales scales;
   return comparison::one_line(
       json{{"type", "hello"},
