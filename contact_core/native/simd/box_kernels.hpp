@@ -105,7 +105,7 @@ struct BoxLanes {
 };
 
 template <class Pack>
-TOUCHSTONE_INLINE void gather_boxes(const double* const (&poses)[Traits<Pack>::lanes],
+TOUCHSTONE_INLINE void gather_solid(const double* const (&poses)[Traits<Pack>::lanes],
                                     const double* const (&shapes)[Traits<Pack>::lanes], BoxLanes<Pack>& out) {
   Pack pose[12], shape[4];
   gather(poses, pose);
@@ -271,8 +271,8 @@ TOUCHSTONE_INLINE Certified certify_one_of_many(const PoseRecord& X_WA, const Bo
     shapes_a[l] = a.half_extents, shapes_b[l] = b.half_extents;
   }
   BoxLanes<Pack> A, B;
-  gather_boxes<Pack>(poses_a, shapes_a, A);
-  gather_boxes<Pack>(poses_b, shapes_b, B);
+  gather_solid(poses_a, shapes_a, A);
+  gather_solid(poses_b, shapes_b, B);
   const LaneVerdicts<Pack> verdicts = certify_box_lanes(A, B);
   return verdict((bits(verdicts.separated) & 1u) != 0, (bits(verdicts.overlapping) & 1u) != 0);
 }
@@ -280,14 +280,8 @@ TOUCHSTONE_INLINE Certified certify_one_of_many(const PoseRecord& X_WA, const Bo
 template <class Pack>
 TOUCHSTONE_INLINE void certify_boxes_inline(const PoseRecord* poses, const BoxRecord* shapes,
                                             const PairIndices* pairs, std::size_t count, Certified* out) {
-  for_each_block<Pack>(
-      poses, shapes, pairs, count, out,
-      [](const auto& poses_a, const auto& shapes_a, const auto& poses_b, const auto& shapes_b) {
-        BoxLanes<Pack> A, B;
-        gather_boxes<Pack>(poses_a, shapes_a, A);
-        gather_boxes<Pack>(poses_b, shapes_b, B);
-        return certify_box_lanes(A, B);
-      });
+  for_each_two_solids<Pack, BoxLanes>(poses, shapes, pairs, count, out,
+                                      [](const auto& A, const auto& B) { return certify_box_lanes(A, B); });
 }
 
 }  // namespace touchstone::native::TOUCHSTONE_ISA

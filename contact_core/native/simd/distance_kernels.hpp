@@ -354,8 +354,8 @@ struct BoxZonotope {
                                                 const double* const (&shapes_b)[Traits<Pack>::lanes],
                                                 Zonotope<Pack>& W) {
     BoxLanes<Pack> A, B;
-    gather_boxes<Pack>(poses_a, shapes_a, A);
-    gather_boxes<Pack>(poses_b, shapes_b, B);
+    gather_solid(poses_a, shapes_a, A);
+    gather_solid(poses_b, shapes_b, B);
     for (int i = 0; i < 3; ++i) {
       W.generator[i] = A.half[i] * A.axis[i];
       W.generator[3 + i] = B.half[i] * B.axis[i];
@@ -376,8 +376,8 @@ struct ParallelepipedZonotope {
                                                 const double* const (&shapes_b)[Traits<Pack>::lanes],
                                                 Zonotope<Pack>& W) {
     ParallelepipedLanes<Pack> A, B;
-    gather_parallelepipeds<Pack>(poses_a, shapes_a, A);
-    gather_parallelepipeds<Pack>(poses_b, shapes_b, B);
+    gather_solid(poses_a, shapes_a, A);
+    gather_solid(poses_b, shapes_b, B);
     for (int i = 0; i < 3; ++i) {
       W.generator[i] = A.edge[i];
       W.generator[3 + i] = B.edge[i];

@@ -65,4 +65,19 @@ TOUCHSTONE_INLINE void for_each_block(const PoseRecord* poses, const Shape* shap
                        });
 }
 
+/// As for_each_block, on the lanes of both solids, which gather_solid() of their type fills.
+template <class Pack, template <class> class Lanes, class Shape, class Check>
+TOUCHSTONE_INLINE void for_each_two_solids(const PoseRecord* poses, const Shape* shapes,
+                                           const PairIndices* pairs, std::size_t count, Certified* out,
+                                           const Check& check) {
+  for_each_block<Pack>(
+      poses, shapes, pairs, count, out,
+      [&](const auto& poses_a, const auto& shapes_a, const auto& poses_b, const auto& shapes_b) {
+        Lanes<Pack> A, B;
+        gather_solid(poses_a, shapes_a, A);
+        gather_solid(poses_b, shapes_b, B);
+        return check(A, B);
+      });
+}
+
 }  // namespace touchstone::native::TOUCHSTONE_ISA

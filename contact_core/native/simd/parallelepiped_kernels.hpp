@@ -30,9 +30,9 @@ TOUCHSTONE_INLINE Vector3Of<Pack> rotate(const Vector3Of<Pack> (&column)[3], con
 }
 
 template <class Pack>
-TOUCHSTONE_INLINE void gather_parallelepipeds(const double* const (&poses)[Traits<Pack>::lanes],
-                                              const double* const (&shapes)[Traits<Pack>::lanes],
-                                              ParallelepipedLanes<Pack>& out) {
+TOUCHSTONE_INLINE void gather_solid(const double* const (&poses)[Traits<Pack>::lanes],
+                                    const double* const (&shapes)[Traits<Pack>::lanes],
+                                    ParallelepipedLanes<Pack>& out) {
   Pack pose[12], shape[16];
   gather(poses, pose);
   gather(shapes, shape);
@@ -115,14 +115,9 @@ template <class Pack>
 TOUCHSTONE_INLINE void certify_parallelepipeds_inline(const PoseRecord* poses, const Parallelepiped* shapes,
                                                       const PairIndices* pairs, std::size_t count,
                                                       Certified* out) {
-  for_each_block<Pack>(
+  for_each_two_solids<Pack, ParallelepipedLanes>(
       poses, shapes, pairs, count, out,
-      [](const auto& poses_a, const auto& shapes_a, const auto& poses_b, const auto& shapes_b) {
-        ParallelepipedLanes<Pack> A, B;
-        gather_parallelepipeds<Pack>(poses_a, shapes_a, A);
-        gather_parallelepipeds<Pack>(poses_b, shapes_b, B);
-        return certify_parallelepiped_lanes(A, B);
-      });
+      [](const auto& A, const auto& B) { return certify_parallelepiped_lanes(A, B); });
 }
 
 }  // namespace touchstone::native::TOUCHSTONE_ISA

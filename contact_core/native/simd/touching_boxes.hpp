@@ -440,12 +440,8 @@ template <class Pack>
 TOUCHSTONE_INLINE void certify_touching_boxes_inline(const PoseRecord* poses, const BoxRecord* shapes,
                                                      const PairIndices* pairs, std::size_t count,
                                                      Certified* out) {
-  for_each_block<Pack>(
-      poses, shapes, pairs, count, out,
-      [](const auto& poses_a, const auto& shapes_a, const auto& poses_b, const auto& shapes_b) {
-        BoxLanes<Pack> A, B;
-        gather_boxes<Pack>(poses_a, shapes_a, A);
-        gather_boxes<Pack>(poses_b, shapes_b, B);
+  for_each_two_solids<Pack, BoxLanes>(
+      poses, shapes, pairs, count, out, [](const auto& A, const auto& B) __attribute__((always_inline)) {
         return certify_touching_lanes(A, B);
       });
 }
