@@ -117,6 +117,7 @@ int EngineTwin::collide_round(dGeomID geom, dGeomID other, int flags, dContactGe
     contact.g1 = geom, contact.g2 = other;
     contact.side1 = contact.side2 = -1;
   };
+  // Both ends where one normal serves both, else the deepest point.
   const Nearest deepest = nearest(a, b, vertices_, planes_);
   if (!(deepest.distance <= radius)) return 0;
   if (length > 0.0 && most_contacts(flags) >= 2) {

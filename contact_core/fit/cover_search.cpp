@@ -544,6 +544,7 @@ std::vector<std::vector<Vector3>> CoverSearch::share_out(const std::vector<std::
     }
     shares[c].choose_axes(normals_of(pool_[chosen[c]].solid), main_frames_);
   }
+  // Each cell that several hold goes where the hull grows least.
   std::sort(shared.begin(), shared.end());
   for (std::size_t i = 0; i < shared.size();) {
     const std::span<const Vector3> points = cells_.points(shared[i].first);

@@ -114,6 +114,7 @@ int replay_file(StationOptions options, const fs::path& folder) {
   if (options.scripts.empty() && fs::path(header.script).parent_path() != fs::absolute(folder) &&
       fs::is_regular_file(header.script))
     options.scripts.emplace_back(header.script);
+  // The flight as it was recorded, over the scenes as they are now.
   const StationScenes scenes = load_scenes(options, folder);
   std::ifstream in = open_recording(options.replay);
   const station::Recording recording = read_recording(in, options.replay.string(), scenes);
@@ -121,6 +122,7 @@ int replay_file(StationOptions options, const fs::path& folder) {
   if (!recording.files.empty() && recording.files != scenes[scene]->files)
     comparison::print_now("the files of scene '" + recording.scene +
                           "' are others than when it was recorded: " + scenes[scene]->file.string() + "\n");
+  // Fly it again, judged and shown.
   Session session(scenes, scene, recording.methods, recording.dynamics);
   const std::string name = options.replay.stem().string();
   training::prepare_outputs(options.outputs, {name});
@@ -139,6 +141,7 @@ int replay_file(StationOptions options, const fs::path& folder) {
       std::this_thread::sleep_until(start + std::chrono::duration<double>(flown.time()));
     before = processor_us();
   });
+  // Say how it went, and whether the bits are those recorded.
   print_verdict(session, judge);
   fmt::print(
       "a step, all methods, by the thread's clock: median {:.0f} us, 99.9 % {:.0f} us, worst {:.0f} us\n",
@@ -220,6 +223,7 @@ int fly(StationOptions options, const fs::path& folder) {
   if (!options.open.empty())
     options.server.saved_flight =
         saved_flight(load_recorded_flight(options.open, options.open_scene, robots_of(options)));
+  // The session; who judges, records, shows and serves it.
   Session session(scenes, scene, options.methods, options.dynamics);
   Exchange exchange(most_frame_bytes(scenes));
   MergeJudge judge(scenes);
@@ -238,6 +242,7 @@ int fly(StationOptions options, const fs::path& folder) {
   if (!options.record.empty()) recorder.open(options.record);
   Clerk clerk(judge, recorder);
   StationLoop loop(session, exchange, judge, &recorder, &outputs);
+  // Who may fly.
   print_address(options, server);
   const SpaceMouse mouse(server, options.space_mouse);
   comparison::print_now(mouse.text() + "\n");
@@ -258,6 +263,7 @@ int fly(StationOptions options, const fs::path& folder) {
                       ? "gltf: not written for the signal; --replay of a --record writes it"
                       : "");
   });
+  // Fly until the end or a signal; then close what was opened, in this order.
   run_loop(loop, options, stop);
   clerk.end();
   recorder.end(session.frame(), session.hash());

@@ -193,6 +193,7 @@ TOUCHSTONE_INLINE LaneVerdicts<Pack> certify_mpr_lanes(const MprLanes<Pack>& pai
   axis = select(turned, Vector3Of<Pack>{-axis.x, -axis.y, -axis.z}, axis);
   p.v3 = p.v0;
 
+  // Then refine: the portal moves outwards until a lane is certain.
   Mask refining{};
   for (int step = 0; step < max_steps; ++step) {
     found = extreme_along(pair, axis);

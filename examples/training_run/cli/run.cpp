@@ -152,6 +152,7 @@ ScriptResult run_script(const std::filesystem::path& file, const Options& option
   result.file = file.stem().string();
   result.setting = load_setting(file, options);
   Runner runner(result, options.outputs, progress, on_method);
+  // Methods without a narrowphase of choice.
   runner.run(*make_unchecked_method(*result.setting), {}, true, false);
   runner.run(*make_late_report_method(*result.setting), {}, true, false);
   const auto not_flown = [&](std::string_view by, std::string_view over, const InputError& error) {
@@ -168,6 +169,7 @@ ScriptResult run_script(const std::filesystem::path& file, const Options& option
     not_flown(kFirstBuild, "edge_face", error);
   }
   if (first_build) runner.run(*first_build, {}, true, false);
+  // The contact world over each narrowphase.
   bool is_first = true;
   for (const std::string& backend : backends) {
     std::unique_ptr<Narrowphase> narrowphase = registry.make_narrowphase(backend);
