@@ -14,11 +14,6 @@
 namespace touchstone::physics {
 namespace {
 
-// Added to each row's diagonal entry of J M^-1 J^T, so that redundant rows have a solution; the
-// square root of eps, which refinement takes out of all others: each time the error shrinks by this over
-// the row's independent share.
-constexpr double kRegular = 0x1p-26;
-constexpr int kRefinements = 3;
 // Errors that are rounding of poses some metres from the origin are left: 2^-44 m, or rad.
 constexpr double kSettled = 0x1p-44;
 constexpr int kMostPulls = 4;
@@ -64,10 +59,9 @@ void JointSystem::reserve(std::size_t most_bodies, std::size_t most_arms, std::s
   reactions_.reserve(most_joints);
   // So do the equations of their rows.
   rows_.reserve(rows);
-  first_column_.reserve(rows);
   for (auto* vector : {&J_, &Y_}) vector->reserve(2 * std::max(widest, kBodyRates) * rows);
-  for (auto* vector : {&W_, &L_}) vector->reserve(rows * rows);
-  for (auto* vector : {&right_, &rest_}) vector->reserve(std::max(rows, widest));
+  rest_.reserve(widest);
+  equations_.reserve(rows);
   lambda_.reserve(rows);
   // The integrator keeps rates, states and a slope for each stage.
   change_.reserve(rates);
@@ -117,9 +111,9 @@ bool JointSystem::place_arms(const double* y, const Vector3& gravity_W) {
     const std::span<const double> q(y, n), qd(y + n, n);
     arm.dynamics->place(arm.X_WBase, q, qd, *arm.workspace);
     M_[i].resize(n * n);
-    right_.resize(n);  // scratch
-    if (!arm.dynamics->forward_dynamics(gravity_W, arm.tau, right_, *arm.workspace)) return false;
-    std::copy(right_.begin(), right_.end(), &change_[first_rate_[bodies.size() + i]]);
+    rest_.resize(n);  // scratch
+    if (!arm.dynamics->forward_dynamics(gravity_W, arm.tau, rest_, *arm.workspace)) return false;
+    std::copy(rest_.begin(), rest_.end(), &change_[first_rate_[bodies.size() + i]]);
     arm.dynamics->mass_matrix(M_[i], *arm.workspace);
     if (!factor_cholesky(M_[i], n)) return false;
     y += 2 * n;
@@ -185,7 +179,7 @@ Vector3 JointSystem::turn_acceleration(const Side& side) const {
 
 /// One side's part of a row; two links of one mechanism have one part.
 void JointSystem::add_side(const Side& side, const BodyJointRow& row, const Vector3& at_W, double sign,
-                           Row& out) {
+                           JointRow& out) {
   const std::uint32_t unit = unit_of(side);
   if (unit == kNoIndex) return;
   const std::size_t n = size_of_unit(unit);
@@ -240,7 +234,7 @@ void JointSystem::add_rows(double t, bool with_accelerations) {
     // Each of its rows gets both sides' Jacobians and its error.
     for (std::size_t i = 0; i < placed.count; ++i) {
       const BodyJointRow& row = placed.rows[i];
-      Row& out = rows_.emplace_back();
+      JointRow& out = rows_.emplace_back();
       out.count = 0;
       out.joint = j;
       add_side(joint.a, row, placed.at_W, -1.0, out);
@@ -251,7 +245,7 @@ void JointSystem::add_rows(double t, bool with_accelerations) {
   }
   // Y = M^-1 J^T is solved unit by unit.
   Y_ = J_;
-  for (const Row& row : rows_)
+  for (const JointRow& row : rows_)
     for (int part = 0; part < row.count; ++part) {
       double* const Y = &Y_[row.first[part]];
       const std::uint32_t unit = row.units[part];
@@ -263,102 +257,6 @@ void JointSystem::add_rows(double t, bool with_accelerations) {
       for (int i = 0; i < 3; ++i) Y[i] /= mass;
       put(rotate(placed_[unit].inverse_W, vector_at(Y + 3)), Y + 3);
     }
-}
-
-/// Of W's rows: rows meet that move the same.
-void JointSystem::find_first_columns() {
-  first_column_.resize(rows_.size());
-  const auto meet = [](const Row& r, const Row& s) {
-    for (int i = 0; i < r.count; ++i)
-      for (int k = 0; k < s.count; ++k)
-        if (r.units[i] == s.units[k]) return true;
-    return false;
-  };
-  for (std::size_t r = 0; r < rows_.size(); ++r) {
-    std::size_t first = 0;
-    while (first < r && !meet(rows_[r], rows_[first])) ++first;
-    first_column_[r] = first;
-  }
-}
-
-/// W = J M^-1 J^T in units of its diagonal, and the factor of W + kRegular, both within the profile.
-bool JointSystem::factor() {
-  const std::size_t n = rows_.size();
-  find_first_columns();
-  W_.assign(n * n, 0.0);
-  right_.resize(n);
-  // W couples rows that act on a common unit.
-  for (std::size_t r = 0; r < n; ++r)
-    for (std::size_t s = first_column_[r]; s <= r; ++s) {
-      double sum = 0.0;
-      for (int i = 0; i < rows_[r].count; ++i)
-        for (int k = 0; k < rows_[s].count; ++k) {
-          if (rows_[r].units[i] != rows_[s].units[k]) continue;
-          const double* const J = &J_[rows_[r].first[i]];
-          const double* const Y = &Y_[rows_[s].first[k]];
-          for (std::size_t c = 0; c < rows_[r].size[i]; ++c) sum += J[c] * Y[c];
-        }
-      W_[r * n + s] = sum;
-    }
-  // A row that nothing moves for has no force.
-  for (std::size_t r = 0; r < n; ++r) right_[r] = W_[r * n + r] > 0.0 ? 1.0 / std::sqrt(W_[r * n + r]) : 0.0;
-  for (std::size_t r = 0; r < n; ++r) {
-    for (std::size_t s = first_column_[r]; s < r; ++s) W_[r * n + s] *= right_[r] * right_[s];
-    W_[r * n + r] = right_[r] > 0.0 ? 1.0 : 0.0;
-  }
-  // The Cholesky factor stays within the profile.
-  L_ = W_;
-  for (std::size_t r = 0; r < n; ++r) {
-    double* const row = &L_[r * n];
-    row[r] += kRegular;
-    for (std::size_t s = first_column_[r]; s <= r; ++s) {
-      const double* const other = &L_[s * n];
-      double sum = row[s];
-      for (std::size_t k = std::max(first_column_[r], first_column_[s]); k < s; ++k) sum -= row[k] * other[k];
-      if (s < r) {
-        row[s] = sum * other[s];  // the diagonal holds inverses
-        continue;
-      }
-      if (!(sum > 0.0)) return false;
-      row[r] = 1.0 / std::sqrt(sum);
-    }
-  }
-  return true;
-}
-
-/// x = (W + kRegular)^-1 x.
-void JointSystem::solve(std::vector<double>& x) const {
-  const std::size_t n = rows_.size();
-  for (std::size_t r = 0; r < n; ++r) {
-    for (std::size_t s = first_column_[r]; s < r; ++s) x[r] -= L_[r * n + s] * x[s];
-    x[r] *= L_[r * n + r];
-  }
-  for (std::size_t r = n; r-- > 0;) {
-    x[r] *= L_[r * n + r];
-    for (std::size_t s = first_column_[r]; s < r; ++s) x[s] -= L_[r * n + s] * x[r];
-  }
-}
-
-/// lambda_: in, the rows' errors; out, the multipliers that correct them. right_ holds the rows' scales.
-void JointSystem::find_multipliers() {
-  const std::size_t n = rows_.size();
-  const std::vector<double>& scale = right_;
-  for (std::size_t r = 0; r < n; ++r) lambda_[r] *= -scale[r];
-  stage_.assign(n, 0.0);  // the sum
-  rest_ = lambda_;
-  for (int k = 0; k < kRefinements; ++k) {
-    solve(rest_);
-    for (std::size_t r = 0; r < n; ++r) stage_[r] += rest_[r];
-    rest_ = lambda_;
-    for (std::size_t r = 0; r < n; ++r) {
-      for (std::size_t s = first_column_[r]; s < r; ++s) {
-        rest_[r] -= W_[r * n + s] * stage_[s];
-        rest_[s] -= W_[r * n + s] * stage_[r];
-      }
-      rest_[r] -= W_[r * n + r] * stage_[r];
-    }
-  }
-  for (std::size_t r = 0; r < n; ++r) lambda_[r] = scale[r] * stage_[r];
 }
 
 // ---- flight
@@ -404,8 +302,8 @@ bool JointSystem::slope_at(double t, const double* y, double* slope, const Vecto
   place_bodies(y, gravity_W);
   if (!place_arms(y, gravity_W)) return false;  // change_ of arms: without joints
   add_rows(t, true);
-  if (!factor()) return false;
-  find_multipliers();
+  if (!equations_.factor(rows_, J_, Y_)) return false;
+  equations_.find_multipliers(lambda_);
   // The multipliers act on bodies as forces, on mechanisms as accelerations.
   for (std::size_t r = 0; r < rows_.size(); ++r)
     for (int part = 0; part < rows_[r].count; ++part) {
@@ -549,7 +447,7 @@ double JointSystem::move_apart(double most_correction) {
     }
   // The largest displacement of a row limits the scale.
   double farthest = 0.0;
-  for (const Row& row : rows_) {
+  for (const JointRow& row : rows_) {
     double travel = 0.0;
     for (int part = 0; part < row.count; ++part)
       for (std::size_t k = 0; k < row.size[part]; ++k)
@@ -589,8 +487,8 @@ double JointSystem::move_apart(double most_correction) {
 double JointSystem::pull_together(double most_correction) {
   double error = worst_error();
   for (int i = 0; i < kMostPulls && error > kSettled; ++i) {
-    if (!std::isfinite(error) || !factor()) break;
-    find_multipliers();
+    if (!std::isfinite(error) || !equations_.factor(rows_, J_, Y_)) break;
+    equations_.find_multipliers(lambda_);
     most_correction -= move_apart(most_correction);
     const double last = error;
     error = worst_error();

@@ -9,6 +9,7 @@
 #include "touchstone/physics/bodies/rigid_body.hpp"
 #include "touchstone/physics/bodies/runge_kutta.hpp"
 #include "touchstone/physics/joints/body_joint.hpp"
+#include "touchstone/physics/joints/joint_equations.hpp"
 
 /// @file
 /// The motion of bodies and mechanisms that joints hold together, and the correction of errors that rounding
@@ -91,13 +92,6 @@ class JointSystem {
   double worst_error();
 
  private:
-  struct Row {
-    std::uint32_t units[2];  // bodies, then arms
-    std::size_t first[2];    // in J_ and Y_
-    std::size_t size[2];
-    int count;
-    std::size_t joint;
-  };
   /// A body at a stage.
   struct Placed {
     Matrix3 R_WB, inverse_W;
@@ -112,11 +106,7 @@ class JointSystem {
   Vector3 point_acceleration(const Side& side, const Vector3& p_W, double t) const;
   Vector3 turn_acceleration(const Side& side) const;
   void add_rows(double t, bool with_accelerations);
-  void add_side(const Side& side, const BodyJointRow& row, const Vector3& at_W, double sign, Row& out);
-  void find_first_columns();
-  bool factor();
-  void solve(std::vector<double>& x) const;
-  void find_multipliers();
+  void add_side(const Side& side, const BodyJointRow& row, const Vector3& at_W, double sign, JointRow& out);
   void accelerations(double* slope) const;
   bool slope_at(double t, const double* y, double* slope, const Vector3& gravity_W);
   void start(double* y) const;
@@ -128,11 +118,10 @@ class JointSystem {
   std::vector<std::size_t> first_rate_;  // by unit, in accelerations_
   std::vector<std::vector<double>> M_;   // by arm, factored
   std::vector<BodyJoint::Placed> placed_joints_;
-  std::vector<Row> rows_;
+  std::vector<JointRow> rows_;
   std::vector<double> J_, Y_;
-  std::vector<double> right_, lambda_, rest_;
-  std::vector<double> W_, L_;  // rows_ x rows_, lower, from each row's first column
-  std::vector<std::size_t> first_column_;
+  JointEquations equations_;
+  std::vector<double> lambda_, rest_;
   std::vector<double> change_;  // by unit: M^-1 J^T lambda
   std::array<std::vector<double>, kRungeKuttaStages> slopes_;
   std::vector<double> y_, stage_;
