@@ -3,7 +3,7 @@
 #include <charconv>
 
 #include "touchstone/adapters/mesh_files/soup.hpp"
-#include "touchstone/contact_core/fit/text_scanner.hpp"
+#include "touchstone/contact_core/fit/meshes/text_scanner.hpp"
 
 namespace touchstone::mesh_files {
 namespace {

@@ -5,7 +5,7 @@
 #include <cstring>
 
 #include "touchstone/adapters/mesh_files/soup.hpp"
-#include "touchstone/contact_core/fit/text_scanner.hpp"
+#include "touchstone/contact_core/fit/meshes/text_scanner.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::mesh_files {

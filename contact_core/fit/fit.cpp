@@ -6,9 +6,9 @@
 #include <deque>
 #include <optional>
 
-#include "touchstone/contact_core/fit/cover_search.hpp"
 #include "touchstone/contact_core/fit/excess.hpp"
-#include "touchstone/contact_core/fit/main_axes.hpp"
+#include "touchstone/contact_core/fit/meshes/main_axes.hpp"
+#include "touchstone/contact_core/fit/search/cover_search.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/pose.hpp"
 #include "touchstone/contact_core/input_error.hpp"

@@ -7,7 +7,7 @@
 #include <tuple>
 
 #include "touchstone/contact_core/fit/excess.hpp"
-#include "touchstone/contact_core/fit/six_planes.hpp"
+#include "touchstone/contact_core/fit/space/six_planes.hpp"
 #include "touchstone/contact_core/geometry/norms.hpp"
 #include "touchstone/contact_core/geometry/orientation.hpp"
 #include "touchstone/contact_core/input_error.hpp"

@@ -7,7 +7,7 @@
 #include <iterator>
 #include <string_view>
 
-#include "touchstone/contact_core/fit/text_scanner.hpp"
+#include "touchstone/contact_core/fit/meshes/text_scanner.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {

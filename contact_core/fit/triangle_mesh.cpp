@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "touchstone/contact_core/fit/places.hpp"
+#include "touchstone/contact_core/fit/meshes/places.hpp"
 #include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 

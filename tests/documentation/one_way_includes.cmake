@@ -2,11 +2,12 @@
 # as contact_core/documentation/architecture.md has them; and when a folder with sources has no place in its parent's order. The fit
 # of meshes uses geometry alone; examples/own_backend, a project of its own, uses the suite that is installed.
 # cmake -D ROOT=... -P one_way_includes.cmake
-set(parents . contact_core contact_core/native contact_core/world physics physics/world adapters examples examples/bench
+set(parents . contact_core contact_core/fit contact_core/native contact_core/world physics physics/world adapters examples examples/bench
   examples/compare_backends examples/compare_backends/run examples/measures examples/program examples/station
   examples/training_run tests tests/proof tests/world)
 set(folders_of_. contact_core physics adapters examples tests)
 set(folders_of_contact_core memory threads geometry numerics narrowphase broadphase native edge_face scene motion mechanism world output fit)
+set(folders_of_contact_core/fit meshes space parts search)
 set(folders_of_contact_core/native common simd solids overlap distance manifold engine)
 set(folders_of_contact_core/world objects pairs model frame slide set_up)
 set(folders_of_physics solver bodies joints world contacts scene engine guarded)

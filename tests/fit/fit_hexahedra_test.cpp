@@ -2,12 +2,12 @@
 #include <cstdint>
 #include <random>
 
-#include "touchstone/contact_core/fit/cells.hpp"
 #include "touchstone/contact_core/fit/excess.hpp"
 #include "touchstone/contact_core/fit/fit.hpp"
-#include "touchstone/contact_core/fit/prisms.hpp"
+#include "touchstone/contact_core/fit/parts/prisms.hpp"
 #include "touchstone/contact_core/fit/round_parts.hpp"
-#include "touchstone/contact_core/fit/set_cover.hpp"
+#include "touchstone/contact_core/fit/search/cells.hpp"
+#include "touchstone/contact_core/fit/search/set_cover.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/tests/fit/meshes.hpp"

@@ -1,4 +1,4 @@
-#include "touchstone/contact_core/fit/cells.hpp"
+#include "touchstone/contact_core/fit/search/cells.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,9 +1,9 @@
-#include "touchstone/contact_core/fit/prisms.hpp"
+#include "touchstone/contact_core/fit/parts/prisms.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "touchstone/contact_core/fit/sectors.hpp"
+#include "touchstone/contact_core/fit/parts/sectors.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/norms.hpp"
 

@@ -1,4 +1,4 @@
-#include "touchstone/contact_core/fit/six_planes.hpp"
+#include "touchstone/contact_core/fit/space/six_planes.hpp"
 
 #include <algorithm>
 #include <cmath>

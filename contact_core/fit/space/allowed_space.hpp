@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "touchstone/contact_core/fit/mesh_distance.hpp"
-#include "touchstone/contact_core/fit/six_planes.hpp"
+#include "touchstone/contact_core/fit/space/six_planes.hpp"
 #include "touchstone/contact_core/geometry/matrix3.hpp"
 
 // Private to contact_core/fit.

@@ -1,4 +1,4 @@
-#include "touchstone/contact_core/fit/allowed_space.hpp"
+#include "touchstone/contact_core/fit/space/allowed_space.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
 
 #include <algorithm>

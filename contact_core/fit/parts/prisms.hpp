@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "touchstone/contact_core/fit/mesh_distance.hpp"
-#include "touchstone/contact_core/fit/six_planes.hpp"
+#include "touchstone/contact_core/fit/space/six_planes.hpp"
 
 // Private to contact_core/fit.
 

@@ -3,8 +3,8 @@
 #include <span>
 #include <vector>
 
-#include "touchstone/contact_core/fit/allowed_space.hpp"
 #include "touchstone/contact_core/fit/round_parts.hpp"
+#include "touchstone/contact_core/fit/space/allowed_space.hpp"
 
 // Private to contact_core/fit.
 

@@ -7,10 +7,10 @@
 #include <unordered_map>
 #include <vector>
 
-#include "touchstone/contact_core/fit/allowed_space.hpp"
-#include "touchstone/contact_core/fit/cells.hpp"
-#include "touchstone/contact_core/fit/growth.hpp"
 #include "touchstone/contact_core/fit/mesh_distance.hpp"
+#include "touchstone/contact_core/fit/search/cells.hpp"
+#include "touchstone/contact_core/fit/space/allowed_space.hpp"
+#include "touchstone/contact_core/fit/space/growth.hpp"
 #include "touchstone/contact_core/geometry/no_index.hpp"
 
 // Private to contact_core/fit.

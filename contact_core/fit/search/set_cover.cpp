@@ -1,4 +1,4 @@
-#include "touchstone/contact_core/fit/set_cover.hpp"
+#include "touchstone/contact_core/fit/search/set_cover.hpp"
 
 #include <algorithm>
 #include <optional>

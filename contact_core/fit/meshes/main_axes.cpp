@@ -1,4 +1,4 @@
-#include "touchstone/contact_core/fit/main_axes.hpp"
+#include "touchstone/contact_core/fit/meshes/main_axes.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "touchstone/contact_core/fit/growth.hpp"
+#include "touchstone/contact_core/fit/space/growth.hpp"
 
 #include <algorithm>
 

@@ -4,11 +4,11 @@
 #include <span>
 #include <vector>
 
-#include "touchstone/contact_core/fit/allowed_space.hpp"
 #include "touchstone/contact_core/fit/mesh_distance.hpp"
-#include "touchstone/contact_core/fit/prisms.hpp"
-#include "touchstone/contact_core/fit/sectors.hpp"
-#include "touchstone/contact_core/fit/six_planes.hpp"
+#include "touchstone/contact_core/fit/parts/prisms.hpp"
+#include "touchstone/contact_core/fit/parts/sectors.hpp"
+#include "touchstone/contact_core/fit/space/allowed_space.hpp"
+#include "touchstone/contact_core/fit/space/six_planes.hpp"
 #include "touchstone/contact_core/geometry/no_index.hpp"
 
 // Private to contact_core/fit.

@@ -1,11 +1,11 @@
-#include "touchstone/contact_core/fit/cover_search.hpp"
+#include "touchstone/contact_core/fit/search/cover_search.hpp"
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <utility>
-#include "touchstone/contact_core/fit/main_axes.hpp"
-#include "touchstone/contact_core/fit/set_cover.hpp"
+#include "touchstone/contact_core/fit/meshes/main_axes.hpp"
+#include "touchstone/contact_core/fit/search/set_cover.hpp"
 #include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/geometry/norms.hpp"
 

@@ -1,4 +1,4 @@
-#include "touchstone/contact_core/fit/sectors.hpp"
+#include "touchstone/contact_core/fit/parts/sectors.hpp"
 
 #include <algorithm>
 #include <cmath>
