@@ -19,7 +19,7 @@ constexpr double kThinnest = 1e-6;
 constexpr std::size_t kContactsABody = 12, kLeastABody = 5, kContactsBesides = 200;
 constexpr double kMostBytes = 1.9e9;  // MuJoCo 2.2 counts them in an int
 /// Newton's method factors a dense matrix of all degrees of freedom, which takes a minute for 6 000 of them,
-/// and its default stack would be 13 GB there: beyond so many, conjugate gradients.
+/// and its default stack would be 13 GB there: beyond this many, conjugate gradients.
 constexpr std::size_t kMostForNewton = 600;
 
 /// The tables of a model: MuJoCo allocates them whole, rows times columns and rows times rows.

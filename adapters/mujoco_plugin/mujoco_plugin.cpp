@@ -109,7 +109,7 @@ int collide_observed(const mjModel* model, Data* data, EngineContact* contacts, 
   std::iota(order.begin(), order.begin() + count, 0);
   std::stable_sort(order.begin(), order.begin() + count,
                    [&](int i, int k) { return contacts[i].dist < contacts[k].dist; });
-  // Points in contact are told as a manifold of ours.
+  // Points in contact are reported as a manifold of ours.
   const Vector3 unknown = Vector3::Constant(kNaN);
   PairGeometry geometry{kNaN, unknown, unknown, unknown, 0};
   std::array<ContactPoint, kMaxManifoldPoints> points;

@@ -48,7 +48,7 @@ class OdeBoxOverride {
   struct Options {
     Collider* previous = nullptr;             ///< null: ODE's own
     EngineCheck check = EngineCheck::native;  ///< own: `previous` decides, and is observed
-    /// Told of every pair of boxes, and of hexahedra and boxes; must outlive this. Null: nobody.
+    /// Receives every pair of boxes, and of hexahedra and boxes; must outlive this. Null: nobody.
     PairObserver* observer = nullptr;
   };
 

@@ -113,7 +113,7 @@ SceneDrive make_drive(const std::string& mode, double torque, double rate, doubl
   return {{named(kDriveModes, mode, "mode"), torque, rate, limit, position, stiffness, damping}, ramp};
 }
 
-/// What joints of mechanisms and those between bodies are given alike.
+/// Arguments that joints of mechanisms and joints between bodies share.
 struct GivenJoint {
   const std::string &name, &child;
   const std::optional<std::string>& parent;
@@ -237,7 +237,7 @@ void bind_joints(SceneClass& scene) {
           "A joint between bodies, links and the ground (parent None), which may close loops. kind: 'fixed', "
           "'revolute', 'prismatic', 'ball'. Its value is 0 at the start. holds: False: from the action "
           "'join' on.")
-      // What is done to them at a time.
+      // Actions at a time.
       .def("act", &act, py::arg("time"), py::arg("kind"), py::arg("what"), py::arg("drive") = py::none(),
            py::arg("value") = py::none(), py::arg("rate") = py::none(), py::arg("carrier") = py::none(),
            py::arg("allowed") = std::vector<std::pair<std::string, std::string>>{},

@@ -185,10 +185,9 @@ void bind_slide_budget(WorldClass& world) {
 
 void bind_threads_of(WorldClass& world) {
   world
-      .def(
-          "set_threads", &GuardedWorld::set_threads, py::arg("count"),
-          "Frames run on so many threads of the world's own, 1 to 64, the caller's among them; the same bits "
-          "with any number.")
+      .def("set_threads", &GuardedWorld::set_threads, py::arg("count"),
+           "Frames run on this many threads of the world's own, 1 to 64, the caller's among them; the same "
+           "bits with any number.")
       .def(
           "set_executor",
           [](GuardedWorld& self, const py::object& executor, std::size_t threads) {
@@ -196,11 +195,11 @@ void bind_threads_of(WorldClass& world) {
           },
           py::arg("executor"), py::arg("threads"),
           "Frames run on threads of a concurrent.futures.Executor, or of a callable that has the function "
-          "that it is given called on some thread: so many tasks at once, 1 to 64, the caller's thread among "
-          "them. The same bits with any. The frame never waits for a call that has not begun, and a late one "
-          "does nothing. An Exception that the executor raises goes to sys.unraisablehook; KeyboardInterrupt "
-          "and SystemExit are raised where the frame ends, which is flown to its end. The world keeps the "
-          "executor until another one, or set_threads(1).")
+          "that it is given called on some thread: this many tasks at once, 1 to 64, the caller's thread "
+          "among them. The same bits with any. The frame never waits for a call that has not begun, and a "
+          "late one does nothing. An Exception that the executor raises goes to sys.unraisablehook; "
+          "KeyboardInterrupt and SystemExit are raised where the frame ends, which is flown to its end. The "
+          "world keeps the executor until another one, or set_threads(1).")
       .def(
           "set_thread_pool",
           [](GuardedWorld& self, std::shared_ptr<ThreadPool> pool) { self.set_runner(std::move(pool)); },

@@ -447,7 +447,7 @@ void bind_narrowphases(py::module_& module) {
             return self.seconds({static_cast<QueryKind>(kind)}, poses, pairs, repeats);
           },
           "For benchmarks: processor seconds of evaluations in C++ alone.")
-      // What it is.
+      // Its name and capabilities.
       .def_property_readonly("name", [](const BuiltNarrowphase& self) { return self.get().name(); })
       .def_property_readonly("capabilities", &capabilities_of,
                              "What it answers, and its resolution [m] (absolute + relative * scale).")

@@ -329,7 +329,7 @@ void bind_rules(WorldClass& world) {
           },
           py::arg("a"), py::arg("b"), py::arg("policy") = none, py::arg("warn_distance") = none,
           py::arg("translation_only") = none, py::arg("passive") = none)
-      // What follows from them.
+      // The rule that two objects follow.
       .def(
           "rule_of",
           [](GuardedWorld& self, ObjectHandle a, ObjectHandle b) {
@@ -375,7 +375,7 @@ void bind_pairs_of(WorldClass& world) {
           py::arg("allowed") = std::vector<std::pair<ObjectHandle, ObjectHandle>>{},
           "`carried` moves with `carrier` from now on; `allowed` pairs of objects are not checked meanwhile.")
       .def("unlatch", [](GuardedWorld& self, ObjectHandle carried) { self.get().unlatch(carried); })
-      // What is checked at all.
+      // The selection of pairs that are checked.
       .def(
           "select",
           [](GuardedWorld& self, bool on, const py::args& what) {
@@ -439,7 +439,7 @@ void bind_world(py::module_& module) {
           "reset", [](GuardedWorld& self) { self.get().reset(); },
           "Initial poses, no latches, everything selected.")
       .def_property_readonly("gap", [](GuardedWorld& self) { return self.get().gap(); });
-  // What a world has, part by part.
+  // Its parts.
   bind_objects(world);
   bind_mechanisms_of(world);
   bind_rules(world);

@@ -37,8 +37,8 @@ struct RobotOptions {
   int cylinder_facets = 12;         ///< even, >= 4; see make_cylinder()
   bool cylinder_inscribed = false;  ///< otherwise the facets touch the cylinder, and the solid holds it
   /// 0: spheres and capsules become rounded solids, exactly; for whoever takes these (native, exact). Else
-  /// hexahedra that hold the round shape, with so many facets round and along: a multiple of 4 that is >= 4,
-  /// for (n/2 - 1)^2 hexahedra; 8: 16 % of the radius outside, 16: 4 %, 49 hexahedra. See shapes.hpp.
+  /// hexahedra that hold the round shape, with this many facets round and along: a multiple of 4 that is >=
+  /// 4, for (n/2 - 1)^2 hexahedra; 8: 16 % of the radius outside, 16: 4 %, 49 hexahedra. See shapes.hpp.
   int sphere_facets = 0;
   int ellipsoid_facets = 8;   ///< the same of ellipsoids, which are never exact
   CoverMesh cover_mesh = {};  ///< such as fitted_cover(); empty: enclosing_box()

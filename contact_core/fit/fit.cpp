@@ -184,7 +184,7 @@ constexpr std::array<Start, 6> kStarts = {
 constexpr double kVisitsARepair = 1.25e6;  // that a try may take on average for others to follow it
 constexpr std::array<double, 3> kSmallerShares = {0.9, 0.8, 0.65};
 
-// What of a mesh has a cover of a known form.
+// The parts of a mesh that have a cover of a known form.
 struct Parts {
   std::vector<RoundPart> rounds;
   std::vector<Prism> prisms;

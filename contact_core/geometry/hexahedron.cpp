@@ -27,8 +27,8 @@ constexpr double kBendOfSize = 0.01;
 constexpr double kBendOfCoordinate = 0x1p-23;
 constexpr double kLargestBendOfSize = 0.05;
 
-// An order given by the user stays unless another bends so many times less: a choice that rounding makes must
-// not rename the faces of a sheet hardly thicker than its rounding.
+// An order given by the user stays unless another bends this many times less: a choice that rounding makes
+// must not rename the faces of a sheet hardly thicker than its rounding.
 constexpr double kClearlyFlatter = 4.0;
 
 // Of two orders that bend about as much, neither is the one that the file rounded.

@@ -22,7 +22,7 @@
 namespace touchstone {
 namespace {
 
-/// What operator new gives without being asked, which costs less.
+/// The alignment that operator new gives by default, which costs less.
 constexpr std::size_t kUsual = __STDCPP_DEFAULT_NEW_ALIGNMENT__;
 
 }  // namespace

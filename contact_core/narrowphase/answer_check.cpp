@@ -8,8 +8,8 @@
 namespace touchstone {
 namespace {
 
-/// Beyond this a normal's length [-] says that it is none; how well it is directed is judged elsewhere. Wide
-/// enough for half precision.
+/// Beyond this deviation from 1 a normal's length [-] is refused; how well it is directed is judged
+/// elsewhere. Wide enough for half precision.
 constexpr double kLengthTolerance = 1e-2;
 
 const char* broken_points(const Query& query, int count, const ContactPoint* points) {

@@ -181,7 +181,7 @@ double stop_of(const ContactWorld& world, ObjectHandle object, std::size_t part)
   return stopped;
 }
 
-/// What each mesh sees of a flight, frame by frame.
+/// Contacts and clearances of each mesh in a flight, frame by frame.
 class Followers {
  public:
   Followers(const Scene& scene, const std::vector<std::size_t>& targets) : targets_(targets) {
@@ -262,7 +262,7 @@ std::vector<double> frame_times(const ServesRequest& request, const Scene& scene
   return least;
 }
 
-/// What the world told of contacts and clearances of meshes in a frame.
+/// Contacts and clearances of meshes that the world reported in a frame.
 void note(const FrameReport& report, const SceneWorld& flown, const std::vector<std::size_t>& targets,
           ServedFlight& flight) {
   const auto index_of = [&](ObjectHandle object) {

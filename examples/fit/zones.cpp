@@ -220,7 +220,7 @@ std::vector<Bounds> NearCells::boxes() const {
 bool are_held(std::span<const Bounds> boxes, const SeenObject& other, double margin,
               std::span<const Bounds> zones) {
   for (std::size_t i = 0; i < other.X_TO.size(); ++i) {
-    // What is between two poses is about either.
+    // A point between two poses is near one of them.
     const double strays = std::max(other.strays[i], i + 1 < other.X_TO.size() ? other.strays[i + 1] : 0.0);
     for (const Bounds& part : other.parts_O) {
       const TurnedBox turned(part, other.X_TO[i], margin + strays);

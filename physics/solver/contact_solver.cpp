@@ -201,7 +201,7 @@ bool ContactSolver::try_round(int round) {
   return follow_path(start_);
 }
 
-/// What is solved already, once more.
+/// Takes one more Newton step from a solution.
 void ContactSolver::improve(WorkBudget* budget) {
   // One more step pays: it converges quadratically, and a steady state is then held by the same impulses for
   // a long time. Each solve has it, whatever the work that is left: it is not counted.

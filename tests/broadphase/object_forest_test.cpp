@@ -163,7 +163,7 @@ TEST(ObjectForest, RenewsWithoutAllocationsWhileObjectsMove) {
   EXPECT_GT(wood.forest().renewals(), 2u);
 }
 
-// What is tried again after memory ended has room for all.
+// A second try after memory ran out has room for all.
 TEST(MortonSort, HasRoomWhereverMemoryEnded) {
   constexpr std::uint32_t kCount = 2000;
   Random random(66);

@@ -105,7 +105,7 @@ TEST_F(StationProgram, AFlightOfARobotReplaysToTheSameBits) {
   EXPECT_EQ(replayed.code, 0) << replayed.err << replayed.out;
   EXPECT_NE(replayed.out.find("the same bits as recorded"), std::string::npos) << replayed.out;
   EXPECT_EQ(replayed.out.find("are others"), std::string::npos) << replayed.out;
-  // What it was may be opened beside it.
+  // The earlier recording may be opened beside it.
   ASSERT_EQ(run("--over box --replay " + file + " --poses " + folder_.string()).code, 0);
   const Outcome opened = run("--over box --port 0 --seconds 0.1 --open " + (folder_ / "robot.csv").string() +
                              " --of " TOUCHSTONE_ROBOTS "/mesh_arm/urdf/mesh_arm.urdf");

@@ -19,7 +19,7 @@ class PairList {
 
   /// Cold. Makes room for up to `objects` objects; holds no pairs.
   void reserve(std::size_t objects);
-  /// From now on there are so many. @pre reserve() of as many.
+  /// Sets the number of pairs. @pre reserve() of at least as many.
   void set_objects(std::uint32_t objects);
 
   /// Forgets all pairs.

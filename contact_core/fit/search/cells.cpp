@@ -13,7 +13,7 @@ namespace touchstone::fit {
 namespace {
 
 constexpr std::size_t kMostPieces = 100;  // a box that takes more to tell is divided
-// A cell so many times as wide as the smallest is looked at as a whole before it is divided.
+// A cell this many times as wide as the smallest is looked at as a whole before it is divided.
 constexpr double kWorthIt = 2.0;
 // Of the limit: what a wall across an axis may lean in a cell; how near to its sides no wall is looked at,
 // and what the box about a cell may leave beside the solid.

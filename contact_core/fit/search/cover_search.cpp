@@ -605,7 +605,7 @@ std::vector<std::vector<std::uint32_t>> CoverSearch::pool_as_sets(std::size_t& e
       for (std::uint64_t bits = word.bits; bits != 0; bits &= bits - 1)
         use(word.index * 64 + static_cast<std::size_t>(std::countr_zero(bits)));
   };
-  // The candidates that hold a cell are told by the sum of a random number each.
+  // The candidates that hold a cell are told apart by the sum of a random number each.
   std::vector<std::pair<std::uint64_t, std::size_t>> holders;
   for (std::size_t cell = 0; cell < cells_.size(); ++cell) holders.emplace_back(0, cell);
   for (std::size_t i = 0; i < pool_.size(); ++i) {

@@ -75,7 +75,7 @@ class AllowedSpace {
     std::uint32_t triangle;      ///< the nearest to the centre
     std::uint32_t children = 0;  ///< the first of eight; 0: none yet
     Kind kind = Kind::open;
-    /// What is not allowed is at least `wall_at` along `wall`, too; zero: nothing is known.
+    /// Space that is not allowed is at least `wall_at` along `wall`, too; zero: nothing is known.
     Vector3 wall = Vector3::Zero();
     double wall_at = 0.0;
   };

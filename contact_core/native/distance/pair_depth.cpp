@@ -77,7 +77,7 @@ void prefetch_hull(const SolidSet& set, SolidIndex solid, bool depth, bool faces
   };
   prefetch(set.vertices[solid]);
   const SolidHull& hull = *set.solids[solid].hull;
-  // What a solid of six faces and twelve edges has.
+  // As for a solid with six faces and twelve edges.
   if (depth) {
     fetch(&hull.record, offsetof(HullRecord, normals[1]));
     fetch(hull.record.edges, 12 * sizeof(HullEdge));

@@ -116,7 +116,7 @@ TOUCHSTONE_INLINE void pose_edges(const PosedHull& hull, const EdgeList& list, P
   }
 }
 
-/// What is beside the listed edges: the normals of both faces, and the first vertex.
+/// Data beside the listed edges: the normals of both faces, and the first vertex.
 struct BesideEdges {
   PosedEdges face[2], vertex;
 

@@ -58,7 +58,7 @@ class WatchedPairs {
   void update(WorldModel& model, Broadphase& broadphase);
 
   /// Solids of objects with levels that are watched with nothing any more are closed from now on. Up to here
-  /// frames place them: events are told of pairs that are watched no longer.
+  /// frames place them: events are reported of pairs that are no longer watched.
   void end_frame(WorldModel& model);
 
   /// Gathers the pairs that may not be clear on the laid paths.

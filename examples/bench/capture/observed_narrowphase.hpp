@@ -10,7 +10,7 @@
 namespace touchstone {
 
 /// A narrowphase that tells an observer the pairs it was asked about, once each was answered; answers are the
-/// inner one's. Pairs with a rounded solid or a pose that is not finite are not told. Allocates as the
+/// inner one's. Pairs with a rounded solid or a pose that is not finite are not reported. Allocates as the
 /// observer does.
 class ObservedNarrowphase final : public Narrowphase {
  public:

@@ -175,7 +175,7 @@ function touchstoneVerdicts(data, strata) {
         }
       }
     }
-    // What follows from them, and whether the backend is inside all limits.
+    // Shares and means of them, and whether the backend is inside all limits.
     c.ns = c.gap ? NaN : c.ns / sets.length;
     c.supported = c.cases - c.unsupported;
     c.share = c.supported === 0 ? 0 : c.beyond / c.supported;

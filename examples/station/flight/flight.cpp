@@ -152,7 +152,7 @@ ControlAnswer Flight::set(const Control& control) {
       start_hands();
       if (control.on) state_.joint = control.index;
       return {};
-    // What is held and flown.
+    // Latches and selections.
     case Kind::latch:
       return latch(control.index);
     case Kind::release:
@@ -161,7 +161,7 @@ ControlAnswer Flight::set(const Control& control) {
       return reset("reset");
     case Kind::select:
       return select(control.index, control.on);
-    // What the flight begins anew for, or what changes in it.
+    // Methods, policies and faults; some begin the flight anew.
     case Kind::methods:
       state_.methods = (control.index & kAllMethods) | 1U << static_cast<unsigned>(MethodKind::ours);
       return reset("methods chosen; reset");

@@ -15,7 +15,7 @@ namespace touchstone::station {
 /// Most triangles that a page is sent of a scene: 9 MB. Drawn by software these take a picture seconds, so
 /// that the page leaves them out (page/pace.js).
 inline constexpr std::size_t kMostTriangles = 250'000;
-/// What is further from its object's origin is left out: squares of floats overflow from 1.8e19 on [m].
+/// A mesh further from its object's origin is left out: squares of floats overflow from 1.8e19 on [m].
 inline constexpr double kFarthestCorner = 1e15;
 
 /// A surface that a picture shows of an object.

@@ -117,7 +117,7 @@ std::size_t frame_bytes(const Header& header) {
 }
 
 void write_header(const Header& header, Writer& out) {
-  // What this is.
+  // Kind and version.
   out.put(kFrameMagic);
   out.put(std::uint16_t{1});
   out.put(static_cast<std::uint16_t>(kFrameHeader));

@@ -14,7 +14,7 @@ function keep(list, value, most) {
   if (list.length > most) list.shift();
 }
 
-// What is on its way is awaited no more.
+// Messages under way are no longer awaited.
 export function forgetPending() {
   for (const {mark} of station.pending) if (mark) parts.renderer.forget(mark);
   station.pending = [];

@@ -72,7 +72,7 @@ export class Pace {
   }
 
   lower(by) {
-    // What turned out to be too much is tried again later; then it is taken back, and does not hold by standing so.
+    // A step that was too much is tried again later, and taken back if it still is.
     if (this.clock - this.raisedAt < 2 * this.wait) this.wait = Math.min(mostCalm, 2 * this.wait);
     this.at = Math.min(levels.length - 1, this.at + by);
     Object.assign(this, {times: [], calmSince: this.clock, raisedAt: -Infinity});
@@ -84,7 +84,7 @@ export class Pace {
     Object.assign(this, {times: [], calmSince: this.clock});
   }
 
-  // What is left out, in words; empty: nothing. `hasMeshes`: there are some to be left out.
+  // Names the parts that are left out; empty: none. `hasMeshes`: there are some to be left out.
   says(hasMeshes = false) {
     if (this.fixed) return this.fixed < 1 ? `drawn with ${this.fixed} of the pixels each way, as chosen` : '';
     const {pixels, cctv, every, edges, meshes, apart} = this.level;

@@ -189,7 +189,7 @@ export class Picture {
   drawMethod(frame, method, screens) {
     const {renderer, scene, theme} = this, seen = screens.filter(screen => !screen.failed), {level} = this.pace;
     if (!seen.length) return;
-    // What is merged is left out, to be drawn translucent.
+    // Merged objects are left out here and drawn translucent.
     const merged = mergedObjects(scene, method);
     renderer.upload(method.poses, frameColours(this.base, method), merged.size ? scene.objects.map((_, i) => !merged.has(i)) : null, this.meshes && level.meshes);
     for (const screen of seen) {

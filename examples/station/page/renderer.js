@@ -221,7 +221,7 @@ export class Renderer {
     this.setMeshes([]);
   }
 
-  // What is shown of objects instead of their hexahedra, if that is asked for: [{object, corners}], corners of triangles in the object's frame.
+  // Meshes shown instead of hexahedra, where asked for: [{object, corners}], corners of triangles in the object's frame.
   setMeshes(meshes) {
     this.meshes = meshes;
     const counts = this.objects.map(() => 0);

@@ -22,8 +22,8 @@ class StationLoop {
 
   /// One frame now.
   void step();
-  /// Frames at the scene's rate until `stop`, or for so many. A step that ends after the next is due is a
-  /// miss, and the frames after it are not hurried: simulated time falls behind.
+  /// Frames at the scene's rate until `stop`, or for the number asked. A step that ends after the next is due
+  /// is a miss, and the frames after it are not hurried: simulated time falls behind.
   void run(const std::atomic<bool>& stop, std::uint64_t frames = 0);
 
  private:

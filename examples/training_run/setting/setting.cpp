@@ -34,7 +34,7 @@ Setting::Setting(Script script, double frame_rate)
     : script_(with_latches_as_actions(with_rate(std::move(script), frame_rate))),
       arms_(add_arms(script_)),
       instance_(script_.scene) {
-  // The log of a flight has room for so many frames.
+  // The log of a flight has room for this many frames.
   if (!(scene().duration * scene().frame_rate <= static_cast<double>(kMostFrames)))
     throw InputError("script '" + script_.name + "': more than 1 000 000 frames");
   // Links of arms and objects in hands may move.

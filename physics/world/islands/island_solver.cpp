@@ -46,7 +46,7 @@ constexpr int kLeastSoftSteps = 4, kMostSoftSteps = 16, kSoftContacts = 256;
 // commands, or an unsolved one without, makes it kMostPressedOut times as fast: it would be pressed out of a
 // wedge that narrow.
 // Among masses of up to kUnlike to 1 kMostDriven is 1: of others the passive answer lets heavy ones press on.
-// What a mechanism's contacts meet of its inertia is not known here: it counts as unlike.
+// A mechanism's inertia at its contacts is not known here: the mechanism counts as unlike.
 constexpr double kMostDriven = 2.0, kMostPressedOut = 10.0, kUnlike = 4.0;
 constexpr int kMostPassiveSteps = 12;
 

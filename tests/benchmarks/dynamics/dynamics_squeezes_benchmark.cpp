@@ -148,7 +148,7 @@ void make_jaws(Draw& draw, int run, Scene& scene) {
   scene.add_box({0, 0, 1}, draw(0.5, 20.0));
 }
 
-/// What a scene's run showed.
+/// Result of a scene's run.
 struct Outcome {
   double fastest = 0.0, off = 0.0, most_us = 0.0;
   double friction = 0.0, h = 0.0, commanded = 0.0;

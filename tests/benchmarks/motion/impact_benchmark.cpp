@@ -69,7 +69,7 @@ class Ours final : public Sweep {
   MovingSolid a_{}, b_{};
 };
 
-/// What is measured, by the name that its row has.
+/// A measurement, named as its row is.
 struct Method {
   std::string name;
   std::unique_ptr<Sweep> sweep;

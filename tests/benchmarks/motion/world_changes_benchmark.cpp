@@ -190,7 +190,7 @@ void measure_changes(int count) {
   measure_objects(scene);
 }
 
-/// What each change of a series takes, by its number: the least of several runs of the same world.
+/// Time of each change of a series, by its number: the least of several runs of the same world.
 class Series {
  public:
   Series(std::string name, int count) : name_(std::move(name)), least_(count, 1e9) {}

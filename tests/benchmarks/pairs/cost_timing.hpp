@@ -5,7 +5,7 @@
 
 #include "touchstone/contact_core/registry.hpp"
 
-// What a pair of a family costs a backend, hot, streamed and cold.
+// Times of a pair of a family for a backend: hot, streamed and cold.
 //
 // Each pair is timed alone, less what the clock takes, and stands with the least of its repetitions, so that
 // other work on the machine counts little; the median, 99th percentile and worst are over pairs. A batch has

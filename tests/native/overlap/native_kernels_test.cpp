@@ -318,7 +318,7 @@ TEST(NativeKernels, CrossingEdgesAreDecidedRightOnEveryInstructionSet) {
     EXPECT_LT(count_left_by_touching_kernels(make_crossing_edges(5000, 3e-7, scale)), 2700) << scale;
 }
 
-/// What products lose below the smallest numbers is in the bound of the error, too.
+/// Products' underflow is in the error bound, too.
 TEST(NativeKernels, CrossingEdgesNextToDenormalsAreNeverWrong) {
   count_left_by_touching_kernels(make_edges_next_to_denormals(20000));
 }

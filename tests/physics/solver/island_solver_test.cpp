@@ -234,7 +234,7 @@ TEST(IslandSolver, NarrowWedgesShootNothingOut) {
   }
 }
 
-/// What ContactSolver cannot find is not sought.
+/// Islands are not solved to residuals that ContactSolver cannot reach.
 TEST(IslandSolver, PartedIslandsAreSolvedNoBetterThanTheToleranceHoweverSmallTheGap) {
   Rows group;
   for (int i = 0; i < 2; ++i) group.stand(kNoUnit, group.add_cube(1.0), kFallen, 0.5);

@@ -91,7 +91,7 @@ std::string run_program(const Worker& worker, std::vector<std::string> arguments
     waitpid(process, &status, 0);
     throw;
   }
-  // A worker that died is told in words, as a failure of its backends.
+  // A worker that died is reported in words, as a failure of its backends.
   stop_if_interrupted();  // a terminal sends its signal to the worker, too, which is no result
   if (WIFSIGNALED(status)) {
     return fmt::format("{} died: {}", program.filename().string(), strsignal(WTERMSIG(status)));
