@@ -87,5 +87,5 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  return touchstone::comparison::run_program("touchstone_bench", [&] { return run(argc, argv); });
+  return touchstone::program::run_program("touchstone_bench", [&] { return run(argc, argv); });
 }

@@ -24,16 +24,16 @@ struct Standing {
   std::size_t misses = 0;  ///< of a scene's limits; over all scenes: the scenes with any
   std::size_t late = 0;    ///< scenes
   std::uint64_t allocations = 0;
-  double pose_error = 0.0;                   ///< the largest
-  std::vector<comparison::StepTimes> times;  ///< by scene
-  double slowness = 1.0;                     ///< times behind the fastest, see set_slowness()
+  double pose_error = 0.0;                 ///< the largest
+  std::vector<measures::StepTimes> times;  ///< by scene
+  double slowness = 1.0;                   ///< times behind the fastest, see set_slowness()
 };
 
 /// The largest factor, over the scenes, by which a median or a 99.9th percentile is behind the least one.
 void set_slowness(std::vector<Standing>& standings) {
   const std::size_t scenes = standings.empty() ? 0 : standings[0].times.size();
   for (std::size_t s = 0; s < scenes; ++s)
-    for (const auto figure : {&comparison::StepTimes::median_us, &comparison::StepTimes::p999_us}) {
+    for (const auto figure : {&measures::StepTimes::median_us, &measures::StepTimes::p999_us}) {
       double least = kInfinity;
       for (const Standing& each : standings) least = std::min(least, each.times[s].*figure);
       for (Standing& each : standings) each.slowness = std::max(each.slowness, each.times[s].*figure / least);
@@ -95,12 +95,12 @@ std::vector<std::string>& place(Others& others, const Standing& standing, const 
   return others.slower;
 }
 
-std::string times_text(const comparison::StepTimes& times) {
+std::string times_text(const measures::StepTimes& times) {
   return fmt::format("{:.1f} us ({:.1f} at 99.9 %)", times.median_us, times.p999_us);
 }
 
 std::string allocations_text(std::uint64_t count) {
-  return count == 0 ? "no allocation" : comparison::format_count(count) + " allocations";
+  return count == 0 ? "no allocation" : program::format_count(count) + " allocations";
 }
 
 std::string off_text(const BackendRun& run) { return run.backend + " (" + joined(run.misses) + ")"; }
@@ -131,7 +131,7 @@ std::string reason_for(const SceneResult& result, const Choice& choice) {
       others.off.push_back(off_text(run));
     else if (std::vector<std::string>& list = place(others, standing_of(run), choice);
              &list == &others.allocating)
-      list.push_back(fmt::format("{} ({})", run.backend, comparison::format_count(*run.allocations)));
+      list.push_back(fmt::format("{} ({})", run.backend, program::format_count(*run.allocations)));
     else
       list.push_back(run.backend + " " + times_text(run.total));
   }
@@ -189,16 +189,16 @@ std::string overall_reason(const std::vector<Standing>& standings, const Choice&
     std::vector<std::string>& list = place(others, each, choice);
     std::string text = each.backend;
     if (&list == &others.late) text += fmt::format(" in {}", each.late);
-    if (&list == &others.allocating) text += " (" + comparison::format_count(each.allocations) + ")";
+    if (&list == &others.allocating) text += " (" + program::format_count(each.allocations) + ")";
     for (const Standing& compared : choice.compared)
       if (compared.backend == each.backend) text += fmt::format(" (up to {:.2f} times)", compared.slowness);
     list.push_back(text);
   }
-  // Where nobody is within the limits, no pace is told.
+  // Where nobody is within the limits, no pace is stated.
   if (best.misses > 0)
     return fmt::format("none is within every scene's limits; it is off in {} of {}", best.misses, scenes) +
            others.text();
-  // The best is told with what it falls short of, its pace and its allocations.
+  // The best is named with what it falls short of, its pace and its allocations.
   std::string reason =
       best.late > 0 ? fmt::format("none keeps every deadline, it is late in {} scenes; ", best.late) : "";
   const std::string pace =

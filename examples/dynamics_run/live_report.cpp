@@ -9,7 +9,7 @@
 namespace touchstone::dynamics {
 namespace {
 
-using comparison::ReportFile;
+using program::ReportFile;
 
 /// `bullet:native` as bullet_native: a colon is no file name everywhere.
 std::string in_file(std::string run) {

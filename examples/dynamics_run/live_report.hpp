@@ -29,7 +29,7 @@ class LiveReport {
 
   std::vector<std::string> scenes_, backends_;
   std::vector<SceneResult> results_;
-  comparison::ReportRun report_;
+  program::ReportRun report_;
 };
 
 }  // namespace touchstone::dynamics

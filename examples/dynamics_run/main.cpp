@@ -14,7 +14,7 @@ namespace {
 
 using namespace touchstone;
 using namespace touchstone::dynamics;
-using comparison::ProgressLine;
+using program::ProgressLine;
 
 std::string chosen_reference(const Options& options, const BackendRegistry& registry) {
   if (!options.reference.empty()) return registry.narrowphase(options.reference).name;
@@ -62,7 +62,7 @@ void print_list(const Options& options, const BackendRegistry& registry,
   fmt::print("scenes\n");
   for (const std::filesystem::path& file : find_scenes(options))
     fmt::print("  {:26}  {}\n", file.stem().string(), load_scene(file, options).scene.name);
-  fmt::print("backends\n{}engines\n", comparison::backend_list(registry));
+  fmt::print("backends\n{}engines\n", program::backend_list(registry));
   for (const auto& entry : engines.engines()) print_engine(entry);
   for (const auto& missing : engines.missing())
     fmt::print("  {:26}  missing: {}\n", missing.name, missing.reason);
@@ -110,7 +110,7 @@ std::vector<std::string> run_names(const std::vector<physics::EngineChoice>& cho
 
 int run(int argc, char** argv) {
   std::optional<Options> options =
-      parse_options(argc, argv, comparison::bundled_folder(TOUCHSTONE_EXAMPLES, "dynamics_run/scenes"));
+      parse_options(argc, argv, program::bundled_folder(TOUCHSTONE_EXAMPLES, "dynamics_run/scenes"));
   if (!options) return 0;
   // Engines take their checks from the same backends.
   BackendRegistry registry;
@@ -123,33 +123,33 @@ int run(int argc, char** argv) {
   }
   // All names are resolved before the first run, so that a wrong one costs no time.
   const std::vector<physics::EngineChoice> choices =
-      choose_engines(*options, engines, comparison::choose_backends(options->backends, registry));
+      choose_engines(*options, engines, program::choose_backends(options->backends, registry));
   options->reference = chosen_reference(*options, registry);
   const std::vector<std::filesystem::path> scenes = find_scenes(*options);
-  LiveReport report(options->output, comparison::stems(scenes), run_names(choices));
+  LiveReport report(options->output, program::stems(scenes), run_names(choices));
   for (const std::filesystem::path& scene : scenes)
     load_scene(scene, *options, [](const std::string& account) {  // before any of them is run
-      comparison::print_now(comparison::wrapped(account));
+      program::print_now(program::wrapped(account));
     });
   // Runs are reported one by one, so that an interrupt loses none of them.
-  comparison::print_now(legend_text(options->reference));
+  program::print_now(legend_text(options->reference));
   const auto run_one = [&](const std::filesystem::path& scene, ProgressLine& progress) {
     return run_scene(scene, *options, engines, choices, progress,
                      [&](const SceneResult& so_far) { report.see_run(so_far); });
   };
-  comparison::run_each(scenes, run_one, [&](SceneResult result) {
-    const std::string text = comparison::wrapped(terminal_text(result));
+  program::run_each(scenes, run_one, [&](SceneResult result) {
+    const std::string text = program::wrapped(terminal_text(result));
     report.see_scene(std::move(result));
     return text;
   });
   report.finish();
-  comparison::print_now(comparison::wrapped(report.verdict()) +
-                        fmt::format("\nresults, series, plots: {}\n", options->output));
+  program::print_now(program::wrapped(report.verdict()) +
+                     fmt::format("\nresults, series, plots: {}\n", options->output));
   return 0;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  return touchstone::comparison::run_program("dynamics_run", [&] { return run(argc, argv); });
+  return touchstone::program::run_program("dynamics_run", [&] { return run(argc, argv); });
 }

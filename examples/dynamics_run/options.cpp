@@ -51,12 +51,12 @@ std::optional<Options> parse_options(int argc, const char* const* argv, const st
   std::string folder;
   app.add_option("--scenes", folder, "Folder with the scenes");
   options.robots.sphere_facets = 8;  // of the engines, ours alone takes rounded solids
-  comparison::add_robot_options(app, options.robots);
+  robot_files::add_robot_options(app, options.robots);
   app.add_flag("--list", options.list, "List scenes and backends");
-  if (!comparison::parse_command_line(app, argc, argv)) return std::nullopt;
+  if (!program::parse_command_line(app, argc, argv)) return std::nullopt;
   // Defaults that depend on other options are set after parsing.
   for (const std::string& setting : settings)
-    options.settings.push_back(comparison::parse_setting(setting, false));
+    options.settings.push_back(program::parse_setting(setting, false));
   if (options.output.empty()) throw InputError("--out: names no folder");
   if (!folder.empty()) options.folder = folder;
   if (options.engines.empty()) options.engines = {"own"};
@@ -67,7 +67,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, const st
 std::vector<std::filesystem::path> find_scenes(const Options& options) {
   std::vector<std::filesystem::path> files;
   if (options.robots.files.empty() || !options.scenes.empty())
-    files = comparison::choose_files({options.folder, "--scenes", "there is no such scene"}, options.scenes);
+    files = program::choose_files({options.folder, "--scenes", "there is no such scene"}, options.scenes);
   files.insert(files.end(), options.robots.files.begin(), options.robots.files.end());
   return files;
 }

@@ -16,14 +16,14 @@ struct Options {
   std::vector<std::string> engines{};   ///< `bullet`, `bullet:native`...; empty: own
   std::vector<std::string> backends{};  ///< of the own engine; empty: all
   std::string reference;                ///< empty: exact where it is built, else native
-  std::vector<comparison::SceneSetting> settings{};
+  std::vector<program::SceneSetting> settings{};
   std::string output = "dynamics";  ///< folder
   std::filesystem::path folder;     ///< with the bundled scenes
   std::size_t every = 1;            ///< n-th step is recorded
   int repetitions = 3;              ///< of each run: a step's time is that of its fastest
   double deadline = 0.0;            ///< of a step, for its 99.9th percentile [s]; 0: the scene's step
   double error = 0.0;               ///< allowed of every figure, in its unit; 0: as the scenes say
-  comparison::RobotChoices robots{};
+  robot_files::RobotChoices robots{};
   bool list = false;
 };
 

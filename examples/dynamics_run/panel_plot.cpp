@@ -101,7 +101,7 @@ std::string draw(const PlotPanel& panel, const PanelPlot& plot, const Scale& x, 
   const Scale y = y_scale(panel, top);
   std::string svg = grid(x, y, is_last);
   svg += fmt::format("<text class='small' x='{}' y='{}'>{}</text>", kLeft, top - 7,
-                     comparison::xml_text(panel.title));
+                     program::xml_text(panel.title));
   const std::vector<std::string> names = names_of(panel);
   // The first backend on top, thinner than those that it may cover.
   for (std::size_t i = panel.lines.size(); i-- > 0;) {
@@ -120,7 +120,7 @@ std::string draw(const PlotPanel& panel, const PanelPlot& plot, const Scale& x, 
     svg += fmt::format(
         "<path d='M{} {:.1f}h26' style='fill:none;stroke:var(--ink);stroke-width:1.4;stroke-dasharray:{}'/>"
         "<text class='small' x='{}' y='{:.1f}'>{}</text>",
-        kRight + 10, at - 4, kDashes[n % kDashes.size()], kRight + 42, at, comparison::xml_text(names[n]));
+        kRight + 10, at - 4, kDashes[n % kDashes.size()], kRight + 42, at, program::xml_text(names[n]));
   }
   return svg;
 }
@@ -132,7 +132,7 @@ std::string colour_legend(const PanelPlot& plot) {
     svg += fmt::format(
         "<path d='M{0:.0f} 32h18' style='stroke:var(--c{1});stroke-width:3'/><text class='label' x='{2:.0f}' "
         "y='36'>{3}</text>",
-        at, i % kColours, at + 22, comparison::xml_text(plot.colours[i]));
+        at, i % kColours, at + 22, program::xml_text(plot.colours[i]));
     at += 40 + 6.5 * static_cast<double>(plot.colours[i].size());
   }
   return svg;
@@ -152,7 +152,7 @@ std::string panel_plot(const PanelPlot& plot) {
       "role='img' aria-label='{2}: over time'><style>{3}</style>"
       "<rect width='{0}' height='{1}' style='fill:var(--paper)'/><text class='title' x='{4}' "
       "y='18'>{2}</text>",
-      kWidth, height, comparison::xml_text(plot.title), comparison::plot_style(), kLeft);
+      kWidth, height, program::xml_text(plot.title), program::plot_style(), kLeft);
   svg += colour_legend(plot);
   double top = kTop + 14;
   for (std::size_t i = 0; i < plot.panels.size(); ++i, top += kPanel + kGap)

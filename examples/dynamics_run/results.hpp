@@ -64,7 +64,7 @@ struct BackendRun {
          energy_made = kNone, energy_lost = kNone, energy_scale = kNone;
   double pose_error = kNone, angle_error = kNone;  ///< of final poses, from the reference's [m], [rad]
   std::vector<double> total_us, detection_us;  ///< of each step, its fastest repetition; emptied when judged
-  comparison::StepTimes total, detection;      ///< of a step; finding the contacts alone
+  measures::StepTimes total, detection;        ///< of a step; finding the contacts alone
   std::optional<std::uint64_t> allocations;    ///< in all of them but the first
   std::uint64_t contact_count = 0, undecided = 0, failed = 0, unconverged = 0;
   double worst_residual = 0.0;  ///< of the contact solver [m/s]

@@ -10,9 +10,9 @@
 namespace touchstone::dynamics {
 namespace {
 
-using comparison::Json;
-using comparison::json;
-using comparison::number;
+using program::Json;
+using program::json;
+using program::number;
 
 constexpr int kSchema = 1;
 
@@ -88,11 +88,11 @@ Json json(const SceneResult& result, const BackendRun& run) {
 std::string results_json(const std::vector<SceneResult>& results,
                          const std::vector<std::string>& not_measured) {
   Json out = {
-      {"schema", kSchema}, {"program", "dynamics_run"}, {"machine", json(comparison::describe_machine())}};
+      {"schema", kSchema}, {"program", "dynamics_run"}, {"machine", json(program::describe_machine())}};
   // An interrupted run says which scenes it lacks.
   out["partial"] = !not_measured.empty();
   out["not_measured"] = not_measured;
-  out["engine_messages"] = comparison::engine_log_lines();
+  out["engine_messages"] = program::engine_log_lines();
   out["scenes"] = Json::array();
   for (const SceneResult& result : results) {
     const physics::DynamicScene& scene = *result.scene;
@@ -124,8 +124,8 @@ std::string results_json(const std::vector<SceneResult>& results,
 
 std::string results_csv(const std::vector<SceneResult>& results,
                         const std::vector<std::string>& not_measured) {
-  using comparison::csv_number;
-  using comparison::csv_text;
+  using program::csv_number;
+  using program::csv_text;
   std::string text =
       "scene,backend,not_run,stopped,steps,answers,answers_met,deepest_m,pose_error_m,angle_error_rad,"
       "unexplained_momentum_ns,momentum_drift_ns,angular_momentum_drift_nms,energy_drift_j,energy_made_j,"

@@ -54,7 +54,7 @@ void add_floor(const Size& size, physics::DynamicScene& out) {
 physics::DynamicScene robot_scene(const MechanismDescription& description) {
   const Mechanism robot(with_masses(without_fixed_joints(description)));
   if (robot.value_count() == 0) throw InputError("robot '" + robot.name() + "': no joint moves");
-  const std::vector<double> q = comparison::start_values(robot);
+  const std::vector<double> q = robot_files::start_values(robot);
   physics::DynamicScene out;
   out.scene.name = "Robot " + robot.name();
   out.scene.units = "length m, angle rad";

@@ -32,13 +32,13 @@ void check_length(const std::filesystem::path& file, const physics::DynamicScene
 physics::DynamicScene read_scene(const std::filesystem::path& file, const Options& options,
                                  const std::function<void(const std::string&)>& on_account) {
   if (is_robot_file(file)) {
-    const Robot robot = comparison::load_robot_file(file, options.robots);
-    if (on_account) on_account(comparison::account_of(robot));
+    const Robot robot = robot_files::load_robot_file(file, options.robots);
+    if (on_account) on_account(robot_files::account_of(robot));
     return robot_scene(robot.mechanism);
   }
   SceneParameters parameters;
-  for (const comparison::SceneSetting& setting : options.settings) parameters[setting.name] = setting.value;
-  return load_dynamic_scene(file, parameters, comparison::arm_models(options.robots, on_account));
+  for (const program::SceneSetting& setting : options.settings) parameters[setting.name] = setting.value;
+  return load_dynamic_scene(file, parameters, robot_files::arm_models(options.robots, on_account));
 }
 
 /// Of every figure that a run is judged by, in its unit.
@@ -60,7 +60,7 @@ physics::DynamicScene load_scene(const std::filesystem::path& file, const Option
 
 SceneResult run_scene(const std::filesystem::path& file, const Options& options,
                       const physics::EngineRegistry& engines,
-                      const std::vector<physics::EngineChoice>& choices, comparison::ProgressLine& progress,
+                      const std::vector<physics::EngineChoice>& choices, program::ProgressLine& progress,
                       const OnRun& on_run) {
   SceneResult result;
   result.file = file.stem().string();

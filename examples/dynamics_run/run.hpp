@@ -16,14 +16,14 @@ namespace touchstone::dynamics {
 physics::DynamicScene load_scene(const std::filesystem::path& file, const Options& options,
                                  const std::function<void(const std::string&)>& on_account = {});
 
-/// Told of a scene whose runs are not all there yet; the last is new.
+/// Called with a scene whose runs are not all there yet; the last is new.
 using OnRun = std::function<void(const SceneResult&)>;
 
 /// One scene in all engines and over all backends asked for, and the reference: the own engine over
 /// `options.reference`. @throws InputError as load_scene.
 SceneResult run_scene(const std::filesystem::path& file, const Options& options,
                       const physics::EngineRegistry& engines,
-                      const std::vector<physics::EngineChoice>& choices, comparison::ProgressLine& progress,
+                      const std::vector<physics::EngineChoice>& choices, program::ProgressLine& progress,
                       const OnRun& on_run = {});
 
 }  // namespace touchstone::dynamics

@@ -11,7 +11,7 @@ namespace {
 void add_names(std::string& text, const std::string& name, const std::string& figure,
                const std::string& unit) {
   for (const char axis : {'x', 'y', 'z'})
-    text += "," + comparison::csv_text(fmt::format("{}.{}_{}_{}", name, figure, axis, unit));
+    text += "," + program::csv_text(fmt::format("{}.{}_{}_{}", name, figure, axis, unit));
 }
 
 void add(std::string& text, const Vector3& v) {
@@ -28,7 +28,7 @@ std::string series_csv(const SceneResult& result, const BackendRun& run) {
   // Columns are named by the scene's joints and objects.
   for (const std::string& joint : joints)
     for (const char* figure : {"value", "rate", "torque"})
-      text += "," + comparison::csv_text(joint + "." + figure);
+      text += "," + program::csv_text(joint + "." + figure);
   for (const SceneObject& object : scene.scene.objects) {
     add_names(text, object.tree.name(), "position", "m");
     add_names(text, object.tree.name(), "force", "n");
@@ -37,7 +37,7 @@ std::string series_csv(const SceneResult& result, const BackendRun& run) {
   // Attitudes are quaternions, w first.
   for (const SceneObject& object : scene.scene.objects)
     for (const char* part : {"w", "x", "y", "z"})
-      text += "," + comparison::csv_text(fmt::format("{}.attitude_{}", object.tree.name(), part));
+      text += "," + program::csv_text(fmt::format("{}.attitude_{}", object.tree.name(), part));
   text += "\n";
   const std::size_t objects = scene.scene.objects.size();
   const Series& series = run.series;
@@ -71,8 +71,8 @@ std::string contacts_csv(const SceneResult& result, const BackendRun& run) {
       "n,force_z_n,impact_x_ns,impact_y_ns,impact_z_ns\n";
   for (const ContactRow& row : run.series.contacts) {
     fmt::format_to(std::back_inserter(text), "{},{},{},{}", row.time,
-                   comparison::csv_text(result.solid_names[row.a]),
-                   comparison::csv_text(result.solid_names[row.b]), to_string(row.status));
+                   program::csv_text(result.solid_names[row.a]), program::csv_text(result.solid_names[row.b]),
+                   to_string(row.status));
     add(text, row.p_W);
     add(text, row.n_AB_W);
     fmt::format_to(std::back_inserter(text), ",{}", row.depth);

@@ -19,7 +19,7 @@ using physics::SceneAnswer;
 
 /// Rates that solves leave are below (their tolerance is 1e-10) [rad/s] or [m/s].
 constexpr double kAtRest = 1e-9;
-/// Of scenes with more objects than kSmall depth is looked at in every so many-th step, and in the last.
+/// Of scenes with more objects than kSmall depth is looked at in one step of several, and in the last.
 constexpr std::size_t kSmall = 200, kDepthEvery = 10;
 
 class Run {
@@ -39,10 +39,10 @@ class Run {
     out_.answers.resize(scene.answers.size());
     out_.total_us.reserve(scene.step_count());
     out_.detection_us.reserve(scene.step_count());
-    if (comparison::thread_allocations()) out_.allocations = 0;
+    if (measures::thread_allocations()) out_.allocations = 0;
   }
 
-  BackendRun run(comparison::ProgressLine& progress) {
+  BackendRun run(program::ProgressLine& progress) {
     if (every_ > 0) record();
     while (!engine_->is_over() && out_.stopped.empty()) {
       step();
@@ -57,10 +57,9 @@ class Run {
     account_.before_begin(*engine_);
     engine_->begin_step();
     account_.after_begin(*engine_);
-    const auto allocated = comparison::thread_allocations();
+    const auto allocated = measures::thread_allocations();
     const EngineStep step = engine_->step();
-    if (out_.allocations && out_.steps > 0)
-      *out_.allocations += *comparison::thread_allocations() - *allocated;
+    if (out_.allocations && out_.steps > 0) *out_.allocations += *measures::thread_allocations() - *allocated;
     count(step);
     if (!step.failure.empty()) {
       out_.stopped = "at " + std::to_string(engine_->time()) + " s: " + step.failure;
@@ -238,7 +237,7 @@ std::string run_name(const EngineChoice& choice) {
 }
 
 BackendRun simulate(const physics::DynamicScene& scene, const EngineRegistry& engines,
-                    const EngineChoice& choice, std::size_t every, comparison::ProgressLine& progress) {
+                    const EngineChoice& choice, std::size_t every, program::ProgressLine& progress) {
   std::unique_ptr<Run> run;
   try {
     run = std::make_unique<Run>(scene, engines.make(choice, scene), run_name(choice), every);
@@ -256,7 +255,7 @@ void check(const physics::DynamicScene& scene, const EngineRegistry& engines) {
 }
 
 void repeat_timing(const physics::DynamicScene& scene, const EngineRegistry& engines,
-                   const EngineChoice& choice, BackendRun& run, comparison::ProgressLine& progress) {
+                   const EngineChoice& choice, BackendRun& run, program::ProgressLine& progress) {
   if (!run.not_run.empty()) return;
   const std::unique_ptr<DynamicsEngine> engine = engines.make(choice, scene);
   for (std::size_t i = 0; i < run.total_us.size(); ++i) {

@@ -8,9 +8,9 @@
 namespace touchstone::dynamics {
 namespace {
 
-using comparison::format_error;
-using comparison::TextTable;
 using physics::SceneAnswer;
+using program::format_error;
+using program::TextTable;
 
 std::string scaled(double value, double factor) { return format_error(factor * value); }
 
@@ -54,7 +54,7 @@ std::string remarks(const SceneResult& result, const BackendRun& run) {
   if (!run.not_run.empty()) return fmt::format("  {}: not run: {}\n", run.backend, run.not_run);
   std::string text;
   if (!run.stopped.empty()) text += fmt::format("  {}: stopped {}\n", run.backend, run.stopped);
-  // Of the known answers only those that do not hold are told.
+  // Of the known answers only those that do not hold are printed.
   for (std::size_t i = 0; i < run.answers.size() && scene.answers_hold; ++i) {
     const SceneAnswer& answer = scene.answers[i];
     if (run.answers[i].holds) continue;
@@ -94,7 +94,7 @@ std::string legend_text(const std::string& reference) {
 std::string terminal_text(const SceneResult& result) {
   const physics::DynamicScene& scene = *result.scene;
   std::string text = fmt::format("\n{}: {}\n  {} steps of {:g} s{}\n", result.file, scene.scene.name,
-                                 comparison::format_count(scene.step_count()), scene.step,
+                                 program::format_count(scene.step_count()), scene.step,
                                  scene.answers_hold ? "" : "; parameters replaced: answers are not judged");
   TextTable table({"", "answers", "pose mm", "rad", "depth mm", "dp", "dP", "dL", "J gained", "J lost", "m/s",
                    "us find", "us med", "99.9%", "alloc"});

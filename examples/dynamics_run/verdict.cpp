@@ -61,8 +61,8 @@ void judge(SceneResult& result) {
   const auto reference = std::find_if(result.runs.begin(), result.runs.end(),
                                       [&](const BackendRun& run) { return run.backend == result.reference; });
   for (BackendRun& run : result.runs) {
-    run.total = comparison::step_times(std::exchange(run.total_us, {}));
-    run.detection = comparison::step_times(std::exchange(run.detection_us, {}));
+    run.total = measures::step_times(std::exchange(run.total_us, {}));
+    run.detection = measures::step_times(std::exchange(run.detection_us, {}));
     if (reference != result.runs.end() && reference->is_whole() && run.is_whole())
       compare_poses(*reference, run);
     find_misses(result, run);

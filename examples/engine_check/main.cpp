@@ -26,7 +26,7 @@
 namespace touchstone::engine_check {
 namespace {
 
-using comparison::print_now;
+using program::print_now;
 using Run = Outcome (*)(const World&, Check, PairObserver*);
 
 /// The outcome is the same each time; the least of the times. Both checks in turn, so that a busy machine
@@ -224,7 +224,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv) {
   app.add_option("--capture", options.capture_prefix,
                  "Captures pairs instead: writes PREFIXBullet.json and so on");
   app.add_option("--log", options.log, "A new file for what engines say by themselves");
-  if (!comparison::parse_command_line(app, argc, argv)) return std::nullopt;
+  if (!program::parse_command_line(app, argc, argv)) return std::nullopt;
   if (*count && *repetitions) throw InputError("--starts: has no repetitions");
   if (*count) options.starts = starts;
   asked_engines(options.engine);
@@ -242,17 +242,17 @@ void keep_lines(const std::string& file, const std::string& text) {
 }
 
 /// Writes the engines' lines where they were asked to go, and counts them.
-void tell_of(const comparison::EngineLog& log, const std::string& file) {
-  const std::size_t lines = comparison::engine_log_lines();
+void tell_of(const program::EngineLog& log, const std::string& file) {
+  const std::size_t lines = program::engine_log_lines();
   if (lines == 0) return;
-  comparison::say(fmt::format("{} lines that engines wrote{}\n", lines,
-                              file.empty() ? " are left out (--log FILE keeps them)" : ": " + file));
+  program::say(fmt::format("{} lines that engines wrote{}\n", lines,
+                           file.empty() ? " are left out (--log FILE keeps them)" : ": " + file));
   keep_lines(file, log.text());
 }
 
 /// For a run that a signal ends: its rows are printed as they come, the log is written here.
-std::string tell_of_part(const comparison::EngineLog& log, const std::string& file) {
-  const std::size_t lines = comparison::engine_log_lines();
+std::string tell_of_part(const program::EngineLog& log, const std::string& file) {
+  const std::size_t lines = program::engine_log_lines();
   keep_lines(file, "partial: interrupted before the last world\n" + log.text());
   return fmt::format(
       "interrupted: the rows above are complete, the others were not measured{}",
@@ -262,8 +262,8 @@ std::string tell_of_part(const comparison::EngineLog& log, const std::string& fi
 int run(int argc, const char* const* argv) {
   const std::optional<Options> options = parse_options(argc, argv);
   if (!options) return 0;
-  const comparison::EngineLog log;
-  std::optional<comparison::OnInterrupt> on_interrupt([&] { return tell_of_part(log, options->log); });
+  const program::EngineLog log;
+  std::optional<program::OnInterrupt> on_interrupt([&] { return tell_of_part(log, options->log); });
   int code = 0;
   if (!options->capture_prefix.empty())
     code = capture_all(options->capture_prefix);
@@ -272,7 +272,7 @@ int run(int argc, const char* const* argv) {
   else
     code = run_all(options->repetitions, options->engine);
   on_interrupt.reset();
-  comparison::stop_if_interrupted();  // before a log that is whole
+  program::stop_if_interrupted();  // before a log that is whole
   tell_of(log, options->log);
   return code;
 }
@@ -281,6 +281,6 @@ int run(int argc, const char* const* argv) {
 }  // namespace touchstone::engine_check
 
 int main(int argc, char** argv) {
-  return touchstone::comparison::run_program("engine_check",
-                                             [&] { return touchstone::engine_check::run(argc, argv); });
+  return touchstone::program::run_program("engine_check",
+                                          [&] { return touchstone::engine_check::run(argc, argv); });
 }

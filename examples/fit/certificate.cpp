@@ -9,7 +9,7 @@
 namespace touchstone::fitting {
 namespace {
 
-using comparison::Json;
+using program::Json;
 
 constexpr const char* kFormat = "touchstone cover certificate 1";
 
@@ -26,13 +26,13 @@ Certificate certificate_of(const Json& json) {
   if (mesh.contains("up_axis")) result.up = parse_up(mesh.at("up_axis"));
   result.claim.excess = json.at("excess_m");
   for (const Json& region : json.at("regions"))
-    result.claim.regions.push_back({region.at("name"), comparison::vector3_of(region.at("low_m")),
-                                    comparison::vector3_of(region.at("high_m")), region.at("excess_m")});
+    result.claim.regions.push_back({region.at("name"), program::vector3_of(region.at("low_m")),
+                                    program::vector3_of(region.at("high_m")), region.at("excess_m")});
   for (const Json& hexahedron : json.at("hexahedra_m")) {
     if (!hexahedron.is_array() || hexahedron.size() != 8)
       throw std::runtime_error("a hexahedron has eight vertices");
     std::array<Vector3, 8>& vertices = result.claim.hexahedra.emplace_back();
-    for (std::size_t i = 0; i < 8; ++i) vertices[i] = comparison::vector3_of(hexahedron[i]);
+    for (std::size_t i = 0; i < 8; ++i) vertices[i] = program::vector3_of(hexahedron[i]);
   }
   return result;
 }
@@ -91,7 +91,7 @@ std::string claims_text(const Certificate& certificate) {
 }
 
 Certificate read_certificate(const std::filesystem::path& path) {
-  const std::string bytes = comparison::read_file(path.string(), "--check");
+  const std::string bytes = program::read_file(path.string(), "--check");
   try {
     return certificate_of(Json::parse(bytes));
   } catch (const InputError&) {
@@ -102,8 +102,8 @@ Certificate read_certificate(const std::filesystem::path& path) {
 }
 
 CoverVerdict check_certificate(const Certificate& certificate, const std::filesystem::path& mesh) {
-  const std::string bytes = comparison::read_file(mesh.string(), "--check");
-  if (comparison::sha256(bytes) != certificate.mesh_sha256) {
+  const std::string bytes = program::read_file(mesh.string(), "--check");
+  if (program::sha256(bytes) != certificate.mesh_sha256) {
     CoverVerdict verdict;
     verdict.reason = "the certificate is of another file: " + certificate.mesh_file + ", SHA-256 " +
                      certificate.mesh_sha256;

@@ -9,7 +9,7 @@ namespace touchstone::fitting {
 namespace {
 
 // YAML reads JSON's strings. What is no UTF-8 is replaced.
-std::string quote(const std::string& text) { return comparison::one_line(nlohmann::json(text)); }
+std::string quote(const std::string& text) { return program::one_line(nlohmann::json(text)); }
 
 /// @param indent of the list.
 std::string hexahedron_text(const std::string& name, const std::array<Vector3, 8>& vertices,

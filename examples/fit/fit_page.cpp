@@ -16,8 +16,8 @@
 namespace touchstone::fitting {
 namespace {
 
-using comparison::Json;
-using comparison::xml_text;
+using program::Json;
+using program::xml_text;
 
 constexpr std::size_t kWorstPlaces = 5;
 constexpr std::size_t kMostShown = 150000;  // triangles of a mesh in the page: some megabytes
@@ -77,8 +77,8 @@ std::size_t stride_for(const TriangleMesh& mesh) { return (mesh.triangles.size()
 Json page_data(const FitRun& run, const MeshDistance& solid, const ExcessSurface& surface) {
   Bounds box = solid.bounds();
   for (const Vector3& p : surface.points) box.add(p);
-  Json data = {{"span", comparison::json(box.high - box.low)},
-               {"middle", comparison::json(0.5 * (box.low + box.high))},
+  Json data = {{"span", program::json(box.high - box.low)},
+               {"middle", program::json(0.5 * (box.low + box.high))},
                {"mesh", packed(box, solid.mesh().vertices, solid.mesh().triangles, stride_for(solid.mesh()))},
                {"cover", packed(box, surface.points, surface.triangles, 1)}};
   Json values = Json::array();  // a triangle: 255 is the run's error
@@ -89,7 +89,7 @@ Json page_data(const FitRun& run, const MeshDistance& solid, const ExcessSurface
   data["cover"]["values"] = std::move(values);
   data["worst"] = Json::array();
   for (const FittedHexahedron* each : worst_of(run.fit))
-    data["worst"].push_back({{"at", comparison::json(each->farthest)}, {"excess_m", each->excess}});
+    data["worst"].push_back({{"at", program::json(each->farthest)}, {"excess_m", each->excess}});
   return data;
 }
 
@@ -136,7 +136,7 @@ std::string curve_plot(const std::vector<CurvePoint>& curve) {
     many = std::max(many, static_cast<double>(p.hexahedra));
   }
   const Axis x(1e3 * least, 1e3 * most, kLeft, kRight), y(few, many, kBottom, kTop);
-  std::string svg = comparison::svg_open(kWidth, kHeight, "Hexahedra against error", false);
+  std::string svg = program::svg_open(kWidth, kHeight, "Hexahedra against error", false);
   svg += fmt::format("<rect class=\"area\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/>", kLeft, kTop,
                      kRight - kLeft, kBottom - kTop);
   // Grid lines stand at round values.
@@ -159,7 +159,7 @@ std::string curve_plot(const std::vector<CurvePoint>& curve) {
   for (const CurvePoint& p : curve) {
     const double px = x.at(1e3 * p.error), py = y.at(static_cast<double>(p.hexahedra));
     svg +=
-        comparison::mark_at(0, px, py, false) +
+        program::mark_at(0, px, py, false) +
         fmt::format("<text class=\"label\" x=\"{:.1f}\" y=\"{:.1f}\">{}</text>", px + 8, py - 8, p.hexahedra);
   }
   return svg + fmt::format(
@@ -202,7 +202,7 @@ std::array<float, 3> blend(const std::array<float, 3>& a, const std::array<float
 }  // namespace
 
 std::vector<CurvePoint> fit_curve(const FitRun& run, const FitRequest& request,
-                                  comparison::ProgressLine& progress) {
+                                  program::ProgressLine& progress) {
   std::vector<CurvePoint> curve;
   const MeshDistance solid(weld(run.mesh));
   for (const double times : {8.0, 4.0, 2.0}) {
@@ -240,13 +240,13 @@ std::string fit_page(const FitRun& run, const MeshDistance& solid, const ExcessS
   const std::string summary = fmt::format(
       "{} triangles, {:.4g} m across, are {} hexahedra: no point of these is farther outside than {} ({:.3f} "
       "% of the diagonal); asked were {}.",
-      comparison::format_count(run.triangles), run.diagonal, run.fit.hexahedra.size(),
+      program::format_count(run.triangles), run.diagonal, run.fit.hexahedra.size(),
       millimetres(run.fit.excess), 100.0 * run.fit.excess / run.diagonal, millimetres(run.over));
   // The page's template says whether the cover is proven.
   return filled(
-      comparison::fit_page_text("page.html"),
+      fit_page_text("page.html"),
       {{"title", "Cover of " + xml_text(run.certificate.mesh_file)},
-       {"style", comparison::plot_style() + std::string(comparison::fit_page_text("page.css"))},
+       {"style", program::plot_style() + std::string(fit_page_text("page.css"))},
        {"summary", xml_text(summary)},
        {"proof_style", run.verdict.is_proven ? "soft" : "bad"},
        {"proof", run.verdict.is_proven ? "Proven: every triangle and the inside of closed shells are in "
@@ -257,7 +257,7 @@ std::string fit_page(const FitRun& run, const MeshDistance& solid, const ExcessS
        {"worst", worst_table(run)},
        {"curve", curve_html(curve)},
        {"data", data},
-       {"script", std::string(comparison::fit_page_text("page.js"))}});
+       {"script", std::string(fit_page_text("page.js"))}});
 }
 
 std::string fit_gltf(const FitRun& run, const MeshDistance& solid, const ExcessSurface& surface) {

@@ -19,7 +19,7 @@ struct CurvePoint {
 /// Fits within the run's error and twice, four and eight times as much, coarsest first; the run's own is
 /// taken over. Errors for which there is none are left out.
 std::vector<CurvePoint> fit_curve(const FitRun& run, const FitRequest& request,
-                                  comparison::ProgressLine& progress);
+                                  program::ProgressLine& progress);
 
 /// The distances of the cover's faces from the solid, on a grid of each face.
 struct ExcessSurface {

@@ -30,7 +30,7 @@ Vector3 parse_corner(const std::string& text, const std::string& whole) {
 }
 
 FitOptions options_for(const FitRequest& request, double scale, double diagonal,
-                       comparison::ProgressLine& progress) {
+                       program::ProgressLine& progress) {
   FitOptions options;
   options.over = request.over.metres(diagonal);
   options.repairs = request.repairs;
@@ -47,7 +47,7 @@ FitOptions options_for(const FitRequest& request, double scale, double diagonal,
   return options;
 }
 
-void add_pictures(const MeshDistance& solid, const FitRequest& request, comparison::ProgressLine& progress,
+void add_pictures(const MeshDistance& solid, const FitRequest& request, program::ProgressLine& progress,
                   FitRun& run) {
   const std::vector<CurvePoint> curve = fit_curve(run, request, progress);
   progress.step("draw");
@@ -65,7 +65,7 @@ void keep_bores_open(const MeshDistance& mesh, double over, FitOptions& options)
 
 /// Coarser levels of the cover, each with a certificate of its own. The first that is not proven is the
 /// run's verdict.
-void add_levels(const MeshDistance& solid, const FitRequest& request, comparison::ProgressLine& progress,
+void add_levels(const MeshDistance& solid, const FitRequest& request, program::ProgressLine& progress,
                 FitRun& run) {
   std::vector<double> overs;
   for (const Length& over : request.levels) overs.push_back(over.metres(run.diagonal));
@@ -115,8 +115,8 @@ RegionRequest parse_region(const std::string& text) {
 }
 
 std::string cover_name(const std::filesystem::path& mesh) {
-  using comparison::Json;
-  return Json::parse(comparison::one_line(Json(mesh.stem().string())));
+  using program::Json;
+  return Json::parse(program::one_line(Json(mesh.stem().string())));
 }
 
 void check_names(const std::vector<std::filesystem::path>& meshes) {
@@ -130,10 +130,10 @@ void check_names(const std::vector<std::filesystem::path>& meshes) {
 }
 
 FitRun run_fit(const std::filesystem::path& mesh, const FitRequest& request,
-               comparison::ProgressLine& progress) {
+               program::ProgressLine& progress) {
   // The certificate hashes the file's bytes, not the triangles read.
   ReadMesh read = read_mesh(mesh, request.input);
-  const std::string bytes = comparison::read_file(mesh.string(), "the mesh");
+  const std::string bytes = program::read_file(mesh.string(), "the mesh");
   FitRun run;
   run.mesh = std::move(read.mesh);
   run.note = std::move(read.note);
@@ -159,8 +159,8 @@ FitRun run_fit(const std::filesystem::path& mesh, const FitRequest& request,
   const double fitted = processor_seconds();
   run.fit_seconds = fitted - start;
   // The proof checks the certificate's claim, and takes nothing from the fit.
-  run.certificate = {mesh.filename().string(), comparison::sha256(bytes), read.metres_per_unit,
-                     request.input.up, claim_of(run.fit, options)};
+  run.certificate = {mesh.filename().string(), program::sha256(bytes), read.metres_per_unit, request.input.up,
+                     claim_of(run.fit, options)};
   progress.step("prove");
   run.verdict = check_cover(triangles, run.certificate.claim);
   if (!request.levels.empty()) add_levels(solid, request, progress, run);
@@ -174,7 +174,7 @@ FitRun run_fit(const std::filesystem::path& mesh, const FitRequest& request,
   }
   if (request.page) add_pictures(solid, request, progress, run);
   if (request.training)
-    for (comparison::ReportFile& file : training_files(run, mesh, request.output))
+    for (program::ReportFile& file : training_files(run, mesh, request.output))
       run.more.push_back(std::move(file));
   return run;
 }
@@ -188,11 +188,11 @@ std::vector<std::string> cover_extensions(const FitRequest& request) {
   return all;
 }
 
-std::vector<comparison::ReportFile> cover_files(const FitRun& run) {
+std::vector<program::ReportFile> cover_files(const FitRun& run) {
   const std::string description =
       fmt::format("{} hexahedra cover {} ({} triangles); no point of them is farther outside than {:.6g} m",
                   run.fit.hexahedra.size(), run.certificate.mesh_file, run.triangles, run.fit.excess);
-  std::vector<comparison::ReportFile> files = {
+  std::vector<program::ReportFile> files = {
       {run.name + ".yaml", scene_text(run.fit, run.name, description, 1.0, run.levels)},
       {run.name + ".certificate.json", certificate_text(run.certificate)}};
   for (std::size_t level = 0; level < run.level_certificates.size(); ++level)
@@ -203,16 +203,16 @@ std::vector<comparison::ReportFile> cover_files(const FitRun& run) {
 }
 
 std::string table_text(const std::vector<FitRun>& runs) {
-  comparison::TextTable table({"mesh", "triangles", "shells", "open edges", "asked %", "hexahedra", "error %",
-                               "error [mm]", "fit [s]", "proof", "[s]", "uncovered", "of"});
+  program::TextTable table({"mesh", "triangles", "shells", "open edges", "asked %", "hexahedra", "error %",
+                            "error [mm]", "fit [s]", "proof", "[s]", "uncovered", "of"});
   for (const FitRun& run : runs)
-    table.add({run.name, comparison::format_count(run.triangles), std::to_string(run.shells),
+    table.add({run.name, program::format_count(run.triangles), std::to_string(run.shells),
                std::to_string(run.open_edges), percent(run.over / run.diagonal),
                std::to_string(run.fit.hexahedra.size()), percent(run.fit.excess / run.diagonal),
                fmt::format("{:.4g}", 1e3 * run.fit.excess), fmt::format("{:.1f}", run.fit_seconds),
                run.verdict.is_proven ? "proven" : "REFUSED", fmt::format("{:.1f}", run.proof_seconds),
-               run.samples > 0 ? comparison::format_count(run.uncovered) : "-",
-               run.samples > 0 ? comparison::format_count(run.samples) : "-"});
+               run.samples > 0 ? program::format_count(run.uncovered) : "-",
+               run.samples > 0 ? program::format_count(run.samples) : "-"});
   return table.str();
 }
 

@@ -14,9 +14,9 @@
 
 namespace touchstone::fitting {
 
-using comparison::Length;
-using comparison::parse_length;
-using comparison::parse_unit;
+using program::Length;
+using program::parse_length;
+using program::parse_unit;
 
 /// --region NAME=LENGTH:x,y,z:x,y,z
 struct RegionRequest {
@@ -61,7 +61,7 @@ struct FitRun {
   Certificate certificate;
   std::vector<CoarserLevel> levels;
   std::vector<Certificate> level_certificates;  ///< one a level: proven too, where the verdict says so
-  std::vector<comparison::ReportFile> more;     ///< pictures and scenes where they are asked for
+  std::vector<program::ReportFile> more;        ///< pictures and scenes where they are asked for
 };
 
 /// The name of a mesh's cover: the file's without extension; what is no UTF-8 is replaced.
@@ -71,14 +71,13 @@ std::string cover_name(const std::filesystem::path& mesh);
 void check_names(const std::vector<std::filesystem::path>& meshes);
 
 /// @throws InputError: the file, or a request that it cannot meet.
-FitRun run_fit(const std::filesystem::path& mesh, const FitRequest& request,
-               comparison::ProgressLine& progress);
+FitRun run_fit(const std::filesystem::path& mesh, const FitRequest& request, program::ProgressLine& progress);
 
 /// The extensions of what is written of each mesh.
 std::vector<std::string> cover_extensions(const FitRequest& request);
 
 /// NAME.yaml, a scene file with the cover, NAME.certificate.json, and what else was asked for.
-std::vector<comparison::ReportFile> cover_files(const FitRun& run);
+std::vector<program::ReportFile> cover_files(const FitRun& run);
 
 /// A line a mesh.
 std::string table_text(const std::vector<FitRun>& runs);

@@ -124,10 +124,10 @@ bool parse(int argc, char** argv, Options& options) {
       "Writes a page to look at, with the excess as colours and hexahedra against error, and a glTF model");
   app.add_option("--check", options.check, "Checks this certificate against the mesh, and writes nothing");
   exclude_ignored(app);
-  for (int i = 1; i < argc; ++i) options.command += " " + comparison::shell_word(argv[i]);
+  for (int i = 1; i < argc; ++i) options.command += " " + program::shell_word(argv[i]);
   app.add_option("--out,--output", options.output, "Folder of scenes, certificates and the table")
       ->capture_default_str();
-  return comparison::parse_command_line(app, argc, argv);
+  return program::parse_command_line(app, argc, argv);
 }
 
 std::vector<std::filesystem::path> meshes_at(const std::filesystem::path& input) {
@@ -162,14 +162,14 @@ int check(const Options& options) {
            fmt::format("is {} m; the certificate is of {} m a unit of the file", *unit, certificate.scale));
   const CoverVerdict verdict = check_certificate(certificate, options.input);
   if (!verdict.is_proven) {
-    comparison::print_now(fmt::format("refused: {}\n", verdict.reason));
+    program::print_now(fmt::format("refused: {}\n", verdict.reason));
     return 1;
   }
-  comparison::print_now(fmt::format(
+  program::print_now(fmt::format(
       "proven: {} triangles in one hexahedron each, {} in several; {} outer pieces beside no inside; error "
       "bounded over {} tetrahedra\n",
       verdict.in_one_hexahedron, verdict.cut, verdict.outer_pieces, verdict.tetrahedra));
-  comparison::print_now(claims_text(certificate));
+  program::print_now(claims_text(certificate));
   return 0;
 }
 
@@ -226,7 +226,7 @@ std::vector<ServedMesh> served_meshes(const Options& options,
   for (const std::filesystem::path& mesh : meshes) {
     const std::string object = options.object.empty() ? cover_name(mesh) : options.object;
     if (meshes.size() != 1 && find_object(scene, object) == kNoObject) {
-      comparison::print_now(fmt::format("{}: scene '{}' has no such object\n", object, scene.name));
+      program::print_now(fmt::format("{}: scene '{}' has no such object\n", object, scene.name));
       continue;
     }
     served.push_back({mesh, input, object});
@@ -259,26 +259,26 @@ int serve([[maybe_unused]] const Options& options, [[maybe_unused]] const FitReq
   for (const std::filesystem::path& mesh : served)
     for (const std::string& extension : cover_extensions({})) names.push_back(cover_name(mesh) + extension);
   if (options.uniform) names.emplace_back("served.md");
-  comparison::check_report_folder(options.output, names);
-  comparison::ProgressLine progress;
+  program::check_report_folder(options.output, names);
+  program::ProgressLine progress;
   const ServesResult result = find_coarsest(fit, request, progress, [&](const ServesRow& row) {
     progress.finish();
-    comparison::print_now(row_text(row));
+    program::print_now(row_text(row));
   });
   progress.finish();
   const std::string text = serves_text(result, request) + comparison_text(result, request);
-  comparison::print_now("\n" + text);
+  program::print_now("\n" + text);
   // Where none is within the tolerance the best so far is written, as a partial report.
   if (!result.best) return 1;
   const ServesRow& best = result.rows[*result.best];
-  std::vector<comparison::ReportFile> files;
+  std::vector<program::ReportFile> files;
   for (const FitRun& run : best.runs)
-    for (comparison::ReportFile& file : cover_files(run)) files.push_back(std::move(file));
+    for (program::ReportFile& file : cover_files(run)) files.push_back(std::move(file));
   if (options.uniform)
-    files.emplace_back("served.md", comparison::page_head("Covers fitted to a task", options.command) +
-                                        "```\n" + text + "```\n");
-  const std::filesystem::path folder = comparison::place_report(options.output, files, best.serves, true);
-  comparison::print_now(fmt::format("scenes and certificates: {}\n", folder.string()));
+    files.emplace_back("served.md", program::page_head("Covers fitted to a task", options.command) + "```\n" +
+                                        text + "```\n");
+  const std::filesystem::path folder = program::place_report(options.output, files, best.serves, true);
+  program::print_now(fmt::format("scenes and certificates: {}\n", folder.string()));
   return best.serves ? 0 : 1;
 #endif
 }
@@ -298,48 +298,47 @@ int run(int argc, char** argv) {
   for (const auto& mesh : meshes)
     for (const std::string& extension : cover_extensions(request))
       names.push_back(cover_name(mesh) + extension);
-  comparison::check_report_folder(options.output, names);
+  program::check_report_folder(options.output, names);
   std::vector<FitRun> runs;
-  std::vector<comparison::ReportFile> report;
+  std::vector<program::ReportFile> report;
   bool is_proven = true;
   // A mesh that fails does not end the others.
   for (const auto& mesh : meshes) {
-    comparison::ProgressLine progress;
+    program::ProgressLine progress;
     request.input.metres_per_unit = unit_of(options.unit, mesh);
     try {
       runs.push_back(run_fit(mesh, request, progress));
     } catch (const InputError& error) {
       if (meshes.size() == 1) throw;
       progress.finish();
-      comparison::print_now(fmt::format("not proven: {}\n", error.what()));  // the others are not lost
+      program::print_now(fmt::format("not proven: {}\n", error.what()));  // the others are not lost
       is_proven = false;
       continue;
     }
     progress.finish();
     FitRun& last = runs.back();
     last.mesh = {};  // seen to
-    if (!last.note.empty()) comparison::print_now(fmt::format("{}: {}\n", last.name, last.note));
-    comparison::print_now(fmt::format("{}: {} hexahedra, error {:.4g} mm, {}\n", last.name,
-                                      last.fit.hexahedra.size(), 1e3 * last.fit.excess,
-                                      last.verdict.is_proven ? "proven" : "refused: " + last.verdict.reason));
+    if (!last.note.empty()) program::print_now(fmt::format("{}: {}\n", last.name, last.note));
+    program::print_now(fmt::format("{}: {} hexahedra, error {:.4g} mm, {}\n", last.name,
+                                   last.fit.hexahedra.size(), 1e3 * last.fit.excess,
+                                   last.verdict.is_proven ? "proven" : "refused: " + last.verdict.reason));
     for (std::size_t i = 0; i < last.levels.size(); ++i)
-      comparison::print_now(fmt::format("  level {}: {} hexahedra, error {:.4g} mm\n", i + 1,
-                                        last.levels[i].tree->solids().size(), 1e3 * last.levels[i].excess));
+      program::print_now(fmt::format("  level {}: {} hexahedra, error {:.4g} mm\n", i + 1,
+                                     last.levels[i].tree->solids().size(), 1e3 * last.levels[i].excess));
     is_proven = is_proven && last.verdict.is_proven;
     if (!last.verdict.is_proven) continue;  // nothing that is not proven is written
-    for (comparison::ReportFile& file : cover_files(last)) report.push_back(std::move(file));
+    for (program::ReportFile& file : cover_files(last)) report.push_back(std::move(file));
   }
   // Scenes, certificates and the table are placed at once.
   if (runs.empty()) return 1;
   report.emplace_back("fit.csv", table_csv(runs));
-  const std::filesystem::path folder = comparison::place_report(options.output, report, is_proven, true);
-  comparison::print_now(
-      fmt::format("\n{}\nscenes and certificates: {}\n", table_text(runs), folder.string()));
+  const std::filesystem::path folder = program::place_report(options.output, report, is_proven, true);
+  program::print_now(fmt::format("\n{}\nscenes and certificates: {}\n", table_text(runs), folder.string()));
   return is_proven ? 0 : 1;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  return touchstone::comparison::run_program("touchstone_fit", [&] { return run(argc, argv); });
+  return touchstone::program::run_program("touchstone_fit", [&] { return run(argc, argv); });
 }

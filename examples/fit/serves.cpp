@@ -29,7 +29,7 @@ struct TimeIsUp {};
 
 class Search {
  public:
-  Search(const FitRequest& fit, const ServesRequest& request, comparison::ProgressLine& progress,
+  Search(const FitRequest& fit, const ServesRequest& request, program::ProgressLine& progress,
          const std::function<void(const ServesRow&)>& on_row)
       : fit_(fit), request_(request), progress_(progress), on_row_(on_row), start_(Clock::now()) {
     fit_.page = fit_.training = false;
@@ -230,7 +230,7 @@ class Search {
   std::vector<Known> known_;
   std::map<std::pair<std::size_t, double>, NearCells> near_;  ///< by mesh and how far, nothing marked
   const ServesRequest& request_;
-  comparison::ProgressLine& progress_;
+  program::ProgressLine& progress_;
   const std::function<void(const ServesRow&)>& on_row_;
   Clock::time_point start_;
   std::vector<double> scales_;
@@ -273,7 +273,7 @@ std::string zones_text(const ServesRow& row, const ServesRequest& request) {
 }  // namespace
 
 ServesResult find_coarsest(const FitRequest& fit, const ServesRequest& request,
-                           comparison::ProgressLine& progress,
+                           program::ProgressLine& progress,
                            const std::function<void(const ServesRow&)>& on_row) {
   validate(request);
   return Search(fit, request, progress, on_row).run();
@@ -286,9 +286,9 @@ std::string row_text(const ServesRow& row) {
 }
 
 std::string serves_text(const ServesResult& result, const ServesRequest& request) {
-  comparison::TextTable table({"in zones, elsewhere [mm]", "hexahedra", "error in zones [mm]", "proof",
-                               "in zones", "first contact [s]", "least clearance [mm]", "frame [us]", "worst",
-                               "serves"});
+  program::TextTable table({"in zones, elsewhere [mm]", "hexahedra", "error in zones [mm]", "proof",
+                            "in zones", "first contact [s]", "least clearance [mm]", "frame [us]", "worst",
+                            "serves"});
   // Covers that do not serve are shown, too.
   for (const ServesRow& row : result.rows) {
     const bool is_proven = std::all_of(row.runs.begin(), row.runs.end(),
@@ -341,10 +341,10 @@ std::string comparison_text(const ServesResult& result, const ServesRequest& req
                                     [](const ServesRow& row) { return row.is_uniform; });
   if (!result.best || uniform == result.rows.end()) return "";
   const ServesRow& best = result.rows[*result.best];
-  // What differs is beside the uniform cover's flight.
-  comparison::TextTable table({"scene", "cover", "hexahedra", "certified error [mm]", "contacts",
-                               "times differ [ms]", "stops differ [mm]", "clearances differ [mm]",
-                               "frame [us]", "99.9 % [us]"});
+  // Differences are against the uniform cover's flight.
+  program::TextTable table({"scene", "cover", "hexahedra", "certified error [mm]", "contacts",
+                            "times differ [ms]", "stops differ [mm]", "clearances differ [mm]", "frame [us]",
+                            "99.9 % [us]"});
   for (const ServesRow* row : {&*uniform, &best}) {
     const ServedFlight &flight = row->flight, &other = uniform->flight;
     const bool is_alike = are_alike(flight.contacts, other.contacts);

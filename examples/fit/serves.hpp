@@ -43,7 +43,7 @@ void validate(const ServesRequest& request);
 /// Whether two meshes of the request may meet: each is then fitted to half of the tolerance.
 bool may_meet_each_other(const ServesRequest& request);
 
-/// Contact of a mesh with another object, as the world told it.
+/// Contact of a mesh with another object, as the world reported it.
 struct ToldContact {
   std::size_t a, b;  ///< objects of the scene, a < b
   bool began;        ///< else it ended
@@ -91,7 +91,7 @@ struct ServesResult {
 /// @param on_row called with each row as soon as there is one; may be empty.
 /// @throws InputError as validate() and run_fit().
 ServesResult find_coarsest(const FitRequest& fit, const ServesRequest& request,
-                           comparison::ProgressLine& progress,
+                           program::ProgressLine& progress,
                            const std::function<void(const ServesRow&)>& on_row = {});
 
 /// A line while the search goes on.

@@ -20,8 +20,8 @@ std::string flight_text(const FitRun& run, const Approach& approach) {
       "# A block comes against the cover of {}, backs off, and goes aside.\nname: {}\nscene: {{file: {}}}\n"
       "duration: {}\nhands:\n  - object: block\n    rates:\n      - {{time: 0, velocity: {}}}\n"
       "      - {{time: {}, velocity: {}}}\n      - {{time: {}, velocity: {}}}\n",
-      run.certificate.mesh_file, comparison::Json("To " + run.name).dump(),
-      comparison::Json(run.name + ".scene.yaml").dump(), 1.5 * approach.duration, row(approach.velocity),
+      run.certificate.mesh_file, program::Json("To " + run.name).dump(),
+      program::Json(run.name + ".scene.yaml").dump(), 1.5 * approach.duration, row(approach.velocity),
       approach.duration, row(-approach.velocity), 1.25 * approach.duration, row(aside));
 }
 
@@ -29,11 +29,11 @@ std::string flight_text(const FitRun& run, const Approach& approach) {
 std::optional<std::string> mesh_list(const FitRun& run, const std::filesystem::path& mesh,
                                      const std::filesystem::path& output) {
   const std::string path = std::filesystem::proximate(mesh, output).generic_string();
-  comparison::Json item = {{"object", run.name}, {"mesh", path}, {"metres_per_unit", run.certificate.scale}};
+  program::Json item = {{"object", run.name}, {"mesh", path}, {"metres_per_unit", run.certificate.scale}};
   if (run.certificate.up != UpAxis::as_written) item["up"] = to_string(run.certificate.up);
-  const std::string text = comparison::one_line(comparison::Json::array({item}));
-  // What is no UTF-8 was replaced there.
-  if (comparison::Json::parse(text)[0]["mesh"] != path) return std::nullopt;
+  const std::string text = program::one_line(program::Json::array({item}));
+  // Bytes that are no UTF-8 were replaced there.
+  if (program::Json::parse(text)[0]["mesh"] != path) return std::nullopt;
   return text + "\n";
 }
 
@@ -64,8 +64,8 @@ Approach approach_to(const TriangleMesh& mesh) {
   return out;
 }
 
-std::vector<comparison::ReportFile> training_files(const FitRun& run, const std::filesystem::path& mesh,
-                                                   const std::filesystem::path& output) {
+std::vector<program::ReportFile> training_files(const FitRun& run, const std::filesystem::path& mesh,
+                                                const std::filesystem::path& output) {
   const Approach approach = approach_to(run.mesh);
   const std::string scene =
       scene_text(run.fit, run.name, fmt::format("A block comes against {}", run.certificate.mesh_file),
@@ -75,8 +75,8 @@ std::vector<comparison::ReportFile> training_files(const FitRun& run, const std:
           "[{}, {}, {}]}}}}\n    motion: {{segments: [{{duration: {}, velocity: {}}}]}}\n",
           row(approach.from), approach.side, approach.side, approach.side, approach.duration,
           row(approach.velocity));
-  std::vector<comparison::ReportFile> files = {{run.name + ".scene.yaml", scene},
-                                               {run.name + ".flight.yaml", flight_text(run, approach)}};
+  std::vector<program::ReportFile> files = {{run.name + ".scene.yaml", scene},
+                                            {run.name + ".flight.yaml", flight_text(run, approach)}};
   if (auto list = mesh_list(run, mesh, output)) files.push_back({run.name + ".flight.meshes.json", *list});
   return files;
 }

@@ -12,8 +12,8 @@ namespace touchstone::fitting {
 /// backs off and goes aside after that; and NAME.flight.meshes.json, by which the station shows the mesh.
 /// @param mesh its file, which the list names relative to `output`, the folder that all this is for; no list
 /// is made of a mesh whose path is no UTF-8.
-std::vector<comparison::ReportFile> training_files(const FitRun& run, const std::filesystem::path& mesh,
-                                                   const std::filesystem::path& output);
+std::vector<program::ReportFile> training_files(const FitRun& run, const std::filesystem::path& mesh,
+                                                const std::filesystem::path& output);
 
 /// The block's size, and how it comes.
 struct Approach {

@@ -34,8 +34,8 @@ bool parse(int argc, char** argv, Options& options) {
   std::string folder;
   app.add_option("--scenes", folder, "Folder with the scenes");
   app.add_flag("--list", options.list, "List scenes and narrowphases");
-  if (!comparison::parse_command_line(app, argc, argv)) return false;
-  options.folder = folder.empty() ? comparison::bundled_folder(TOUCHSTONE_EXAMPLES, "guarded_run/scenes")
+  if (!program::parse_command_line(app, argc, argv)) return false;
+  options.folder = folder.empty() ? program::bundled_folder(TOUCHSTONE_EXAMPLES, "guarded_run/scenes")
                                   : std::filesystem::path(folder);
   return true;
 }
@@ -47,44 +47,44 @@ int run(int argc, char** argv) {
   register_all_backends(registry);
   // A list needs scenes and backends alone.
   const std::vector<std::filesystem::path> files =
-      comparison::choose_files({options.folder, "--scenes", "there is no such scene"}, options.scenes);
+      program::choose_files({options.folder, "--scenes", "there is no such scene"}, options.scenes);
   if (options.list) {
     for (const std::filesystem::path& file : files)
       fmt::print("  {:26}  {}\n", file.stem().string(), load_guarded_scene(file).scene.scene.name);
-    fmt::print("{}", comparison::backend_list(registry));
+    fmt::print("{}", program::backend_list(registry));
     return 0;
   }
-  const std::vector<std::string> contacts = comparison::choose_backends(options.contacts, registry);
+  const std::vector<std::string> contacts = program::choose_backends(options.contacts, registry);
   // Parameters are those of all scenes.
   SceneParameters parameters;
   for (const std::string& text : options.settings) {
-    const comparison::SceneSetting setting = comparison::parse_setting(text, false);
+    const program::SceneSetting setting = program::parse_setting(text, false);
     parameters[setting.name] = setting.value;
   }
-  std::vector<comparison::ReportFile> report;
-  comparison::print_now(legend_text());
+  std::vector<program::ReportFile> report;
+  program::print_now(legend_text());
   // Each scene is run over the contacts of every backend that is chosen.
   for (const std::filesystem::path& file : files) {
     const GuardedScene scene = load_guarded_scene(file, parameters);
     const std::string name = file.stem().string();
     std::vector<GuardedRun> runs;
-    comparison::ProgressLine progress;
+    program::ProgressLine progress;
     for (const std::string& each : contacts) runs.push_back(run_scene(scene, registry, each, progress));
     progress.finish();
-    comparison::print_now(terminal_text(name, scene, runs));
+    program::print_now(terminal_text(name, scene, runs));
     report.emplace_back(name + ".csv", results_csv(name, runs));
     for (const GuardedRun& each : runs)
       if (each.not_run.empty()) report.emplace_back(name + "_" + each.contacts + ".csv", series_csv(each));
     if (std::string svg = plot(scene, runs); !svg.empty()) report.emplace_back(name + ".svg", std::move(svg));
   }
   // No file that came in between is written over.
-  const std::filesystem::path folder = comparison::place_report(options.output, report, true);
-  comparison::print_now(fmt::format("\nresults, series, plots: {}\n", folder.string()));
+  const std::filesystem::path folder = program::place_report(options.output, report, true);
+  program::print_now(fmt::format("\nresults, series, plots: {}\n", folder.string()));
   return 0;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  return touchstone::comparison::run_program("guarded_run", [&] { return run(argc, argv); });
+  return touchstone::program::run_program("guarded_run", [&] { return run(argc, argv); });
 }

@@ -44,8 +44,8 @@ std::string legend_text() {
 
 std::string terminal_text(const std::string& name, const GuardedScene& scene,
                           const std::vector<GuardedRun>& runs) {
-  comparison::TextTable table({"contacts", "steps", "cut", "standing", "stalled", "back", "merged",
-                               "least [m]", "unexplained", "taken [J]", "held back [m]", "allocations"});
+  program::TextTable table({"contacts", "steps", "cut", "standing", "stalled", "back", "merged", "least [m]",
+                            "unexplained", "taken [J]", "held back [m]", "allocations"});
   std::string text = fmt::format("\n{}: {}\n", name, scene.scene.scene.name), times;
   for (const GuardedRun& run : runs) {
     if (!run.not_run.empty()) {

@@ -42,21 +42,21 @@ class Flight {
     for (const auto& entry : registry.narrowphases())
       if (entry.name == "exact") out_.judge = entry.name;
     if (out_.judge.empty()) out_.judge = "native";
-    if (comparison::thread_allocations()) out_.allocations = 0;
+    if (measures::thread_allocations()) out_.allocations = 0;
     step_us_.reserve(scene.scene.step_count());
     const double frame = 1.0 / scene.scene.scene.frame_rate;
     steps_ = std::max<std::size_t>(1, static_cast<std::size_t>(std::llround(frame / scene.scene.step)));
   }
 
-  GuardedRun fly(comparison::ProgressLine& progress) {
+  GuardedRun fly(program::ProgressLine& progress) {
     while (!run_.is_over() && out_.stopped.empty()) {
       frame();
       progress.share(static_cast<double>(run_.simulation().steps()) /
                      static_cast<double>(scene_->scene.step_count()));
     }
-    out_.frame = comparison::step_times(std::move(frame_us_));
-    out_.step = comparison::step_times(std::move(step_us_));
-    out_.wall = comparison::step_times(std::move(wall_us_));
+    out_.frame = measures::step_times(std::move(frame_us_));
+    out_.step = measures::step_times(std::move(step_us_));
+    out_.wall = measures::step_times(std::move(wall_us_));
     return std::move(out_);
   }
 
@@ -80,7 +80,7 @@ class Flight {
     std::size_t steps = 0;
     for (; steps < steps_ && !run_.is_over(); ++steps) {
       // Each step is timed by the processor's clock, and by the wall's.
-      const auto counted = comparison::thread_allocations();
+      const auto counted = measures::thread_allocations();
       const Clock::time_point wall = Clock::now();
       const double start = processor_us();
       if (steps == 0) command();
@@ -89,7 +89,7 @@ class Flight {
       step_us_.push_back(processor_us() - start);
       frame_us += step_us_.back();
       wall_us += microseconds(Clock::now() - wall);
-      if (counted) allocated += *comparison::thread_allocations() - *counted;
+      if (counted) allocated += *measures::thread_allocations() - *counted;
       // A step that fails ends the run, with the object's name.
       if (step.dynamics.failure != physics::StepFailure::none) {
         out_.stopped = "at " + std::to_string(run_.simulation().time()) +
@@ -193,7 +193,7 @@ class Flight {
 }  // namespace
 
 GuardedRun run_scene(const GuardedScene& scene, const BackendRegistry& registry, const std::string& contacts,
-                     comparison::ProgressLine& progress) {
+                     program::ProgressLine& progress) {
   std::unique_ptr<Flight> flight;
   try {
     flight = std::make_unique<Flight>(scene, registry, contacts);

@@ -42,13 +42,13 @@ struct GuardedRun {
   double energy = 0.0;     ///< that cuts took, sum [J]; below 0: they gave it
   double held_back = 0.0;  ///< farthest that anything was held back in a step [m]
   std::optional<std::uint64_t> allocations;  ///< in frames after the first ten in which nothing was latched
-  comparison::StepTimes frame, step;         ///< processor time of the thread, proof and all [us]
-  comparison::StepTimes wall;                ///< of frames, by the clock on the wall [us]
+  measures::StepTimes frame, step;           ///< processor time of the thread, proof and all [us]
+  measures::StepTimes wall;                  ///< of frames, by the clock on the wall [us]
   std::vector<Sample> samples;
 };
 
 GuardedRun run_scene(const GuardedScene& scene, const BackendRegistry& registry, const std::string& contacts,
-                     comparison::ProgressLine& progress);
+                     program::ProgressLine& progress);
 
 /// Tables for a terminal, and what their columns are.
 std::string terminal_text(const std::string& name, const GuardedScene& scene,

@@ -1,9 +1,9 @@
 # Writes a C++ file that holds text files as string literals, so that a program needs none of them when it runs:
 #   cmake -D OUTPUT=FILE.cpp -D FOLDER=FOLDER -D "NAMES=a.css b.js" -D HEADER=HEADER.hpp -D FUNCTION=FUNCTION -P embed_text.cmake
-# HEADER declares touchstone::comparison::FUNCTION, which gives a file by its name.
+# HEADER declares FUNCTION, named with its namespaces, which gives a file by its name.
 cmake_minimum_required(VERSION 3.25)
 separate_arguments(NAMES)
-set(code "#include \"${HEADER}\"\n\n#include <stdexcept>\n#include <string>\n\nnamespace touchstone::comparison {\n")
+set(code "#include \"${HEADER}\"\n\n#include <stdexcept>\n#include <string>\n")
 string(APPEND code "\nstd::string_view ${FUNCTION}(std::string_view name) {\n")
 foreach(name IN LISTS NAMES)
   file(READ ${FOLDER}/${name} text)
@@ -13,5 +13,5 @@ foreach(name IN LISTS NAMES)
   endif()
   string(APPEND code "  if (name == \"${name}\") return R\"embedded(${text})embedded\";\n")
 endforeach()
-string(APPEND code "  throw std::out_of_range(\"not embedded: \" + std::string(name));\n}\n\n}  // namespace touchstone::comparison\n")
+string(APPEND code "  throw std::out_of_range(\"not embedded: \" + std::string(name));\n}\n")
 file(WRITE ${OUTPUT} "${code}")

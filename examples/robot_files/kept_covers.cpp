@@ -11,10 +11,14 @@
 #include "touchstone/examples/program/files/json.hpp"
 #include "touchstone/examples/program/files/sha256.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::robot_files {
 namespace {
 
 namespace fs = std::filesystem;
+
+using program::Json;
+using program::json;
+using program::vector3_of;
 
 /// To be raised where the fit's answers change: covers that were kept before are then fitted anew.
 constexpr const char* kFormat = "touchstone kept cover 1";
@@ -35,7 +39,7 @@ std::string key_of(const TriangleMesh& mesh, const FitOptions& asked) {
     for (int i = 0; i < 3; ++i) append(bytes, v[i]);
   for (const auto& t : mesh.triangles)
     for (const std::uint32_t i : t) append(bytes, std::uint64_t{i});
-  return sha256(bytes);
+  return program::sha256(bytes);
 }
 
 Json json_of(const std::string& key, const Fit& fit) {
@@ -81,7 +85,7 @@ std::optional<Fit> KeptCovers::find(const TriangleMesh& mesh, const FitOptions& 
   const fs::path file = folder_ / (key + ".cover.json");
   std::error_code none;
   if (!fs::exists(file, none)) return std::nullopt;
-  const std::string text = read_file(file.string(), "--covers");
+  const std::string text = program::read_file(file.string(), "--covers");
   try {
     return fit_of(Json::parse(text), key);
   } catch (const std::exception& error) {
@@ -107,4 +111,4 @@ void KeptCovers::keep(const TriangleMesh& mesh, const FitOptions& asked, const F
   }
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::robot_files

@@ -5,7 +5,7 @@
 
 #include "touchstone/contact_core/fit/fit.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::robot_files {
 
 /// Covers of meshes in a folder that the user names, a file each: `SHA256.cover.json`, the hash of the mesh
 /// in metres and of what was asked of its cover. Files that are there are never written to.
@@ -24,4 +24,4 @@ class KeptCovers {
   std::filesystem::path folder_;
 };
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::robot_files

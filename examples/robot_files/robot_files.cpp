@@ -19,7 +19,7 @@
 #include "touchstone/adapters/cover_proof/cover_proof.hpp"
 #endif
 
-namespace touchstone::comparison {
+namespace touchstone::robot_files {
 namespace {
 
 void prove([[maybe_unused]] const TriangleMesh& mesh, [[maybe_unused]] const Fit& fit,
@@ -35,7 +35,7 @@ void prove([[maybe_unused]] const TriangleMesh& mesh, [[maybe_unused]] const Fit
 
 CoverMesh make_covers(const RobotChoices& choices) {
   if (choices.over == "box") return enclosing_box;
-  const Length length = parse_length(choices.over, "--over");
+  const program::Length length = program::parse_length(choices.over, "--over");
   FittedCoverOptions options;
   if (!choices.covers_folder.empty()) {
     const KeptCovers kept(choices.covers_folder);
@@ -48,7 +48,7 @@ CoverMesh make_covers(const RobotChoices& choices) {
   }
   (length.is_share ? options.over_share : options.over) = length.value;
   options.check = prove;
-  options.progress = [line = std::make_shared<ProgressLine>(), last = std::string()](
+  options.progress = [line = std::make_shared<program::ProgressLine>(), last = std::string()](
                          const std::string& mesh, std::string_view stage, double share) mutable {
     if (mesh != last) line->step("cover " + (last = mesh));
     if (stage == "search") line->share(share);
@@ -129,4 +129,4 @@ std::function<MechanismDescription(const std::string&, const std::filesystem::pa
   };
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::robot_files

@@ -14,7 +14,7 @@ namespace CLI {
 class App;  // its header costs each file that includes it seconds
 }
 
-namespace touchstone::comparison {
+namespace touchstone::robot_files {
 
 /// The command line's options for robots.
 struct RobotChoices {
@@ -51,4 +51,4 @@ std::vector<double> start_values(const Mechanism& robot);
 std::function<MechanismDescription(const std::string&, const std::filesystem::path&)> arm_models(
     const RobotChoices& choices, std::function<void(const std::string& account)> on_account);
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::robot_files

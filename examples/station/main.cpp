@@ -35,7 +35,7 @@ SceneRobots robots_of(const StationOptions& options) {
   if (options.list)
     robots.choices.over = "box";
   else
-    robots.on_account = comparison::print_now;
+    robots.on_account = program::print_now;
   return robots;
 }
 
@@ -68,8 +68,8 @@ StationScenes load_scenes(const StationOptions& options, const fs::path& folder)
   for (const fs::path& file : files) {
     scenes.push_back(load_station_scene(file, options.rate, robots));
     for (const std::uint32_t object : scenes.back()->meshes.left_out)
-      comparison::print_now(file.string() + ": '" + scenes.back()->setting.object_name(object) +
-                            "': its mesh is too large for the page, which shows its hexahedra\n");
+      program::print_now(file.string() + ": '" + scenes.back()->setting.object_name(object) +
+                         "': its mesh is too large for the page, which shows its hexahedra\n");
   }
   return scenes;
 }
@@ -82,7 +82,7 @@ std::size_t scene_to_fly(const std::string& name, const StationScenes& scenes) {
 }
 
 void print_end(const Session& session) {
-  comparison::print_now(fmt::format("frames {}, hash {}\n", session.frame(), hash_text(session.hash())));
+  program::print_now(fmt::format("frames {}, hash {}\n", session.frame(), hash_text(session.hash())));
 }
 
 std::ifstream open_recording(const fs::path& file) {
@@ -120,8 +120,8 @@ int replay_file(StationOptions options, const fs::path& folder) {
   const station::Recording recording = read_recording(in, options.replay.string(), scenes);
   const std::size_t scene = scene_to_fly(recording.scene, scenes);
   if (!recording.files.empty() && recording.files != scenes[scene]->files)
-    comparison::print_now("the files of scene '" + recording.scene +
-                          "' are others than when it was recorded: " + scenes[scene]->file.string() + "\n");
+    program::print_now("the files of scene '" + recording.scene +
+                       "' are others than when it was recorded: " + scenes[scene]->file.string() + "\n");
   // Fly it again, judged and shown.
   Session session(scenes, scene, recording.methods, recording.dynamics);
   const std::string name = options.replay.stem().string();
@@ -151,12 +151,12 @@ int replay_file(StationOptions options, const fs::path& folder) {
                figures.status.offered, figures.error);
   print_end(session);
   if (recording.hash.empty()) {
-    comparison::print_now("the recording has no end: its bits were NOT compared\n");
+    program::print_now("the recording has no end: its bits were NOT compared\n");
     return 1;
   }
   const bool is_same = recording.hash == hash_text(session.hash());
-  comparison::print_now(is_same ? "the same bits as recorded\n"
-                                : "NOT the bits recorded: " + recording.hash + "\n");
+  program::print_now(is_same ? "the same bits as recorded\n"
+                             : "NOT the bits recorded: " + recording.hash + "\n");
   return is_same ? 0 : 1;
 }
 
@@ -198,7 +198,7 @@ std::string end_of(const Session& session, const Exchange& exchange, const Serve
 /// Until its end or a signal, after which the recording has its end.
 void run_loop(StationLoop& loop, const StationOptions& options, const std::atomic<bool>& stop) {
   const bool is_first = ask_for_real_time();
-  comparison::print_now(is_first ? "" : "the loop runs at ordinary priority: a busy machine makes it late\n");
+  program::print_now(is_first ? "" : "the loop runs at ordinary priority: a busy machine makes it late\n");
   // At least one frame of however little: 0 would be without end.
   loop.run(stop, static_cast<std::uint64_t>(std::ceil(options.seconds * options.rate)));
 }
@@ -212,7 +212,7 @@ void print_address(const StationOptions& options, const Server& server) {
   const bool is_v6 = options.server.bind.find(':') != std::string::npos;
   const std::string host = is_v6 ? "[" + options.server.bind + "]" : options.server.bind;
   const std::string token = options.server.token.empty() ? "" : "?token=" + options.server.token;
-  comparison::print_now(fmt::format("http://{}:{}/{}\n", host, server.port(), token));
+  program::print_now(fmt::format("http://{}:{}/{}\n", host, server.port(), token));
 }
 
 int fly(StationOptions options, const fs::path& folder) {
@@ -245,7 +245,7 @@ int fly(StationOptions options, const fs::path& folder) {
   // Who may fly.
   print_address(options, server);
   const SpaceMouse mouse(server, options.space_mouse);
-  comparison::print_now(mouse.text() + "\n");
+  program::print_now(mouse.text() + "\n");
   std::optional<ScriptedHand> hand;
   if (options.soak) hand.emplace(server, options.rate);
 
@@ -255,7 +255,7 @@ int fly(StationOptions options, const fs::path& folder) {
     if (end.empty()) end = end_of(session, exchange, server, outputs);
   };
   // A signal lets the frame end, so that the recording gets its end, and the outputs theirs.
-  const comparison::OnInterrupt on_interrupt([&] {
+  const program::OnInterrupt on_interrupt([&] {
     stop = true;
     while (!ended) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     reach_end();
@@ -269,20 +269,20 @@ int fly(StationOptions options, const fs::path& folder) {
   recorder.end(session.frame(), session.hash());
   ended = true;
   {
-    const auto hold = comparison::hold_interrupts();
+    const auto hold = program::hold_interrupts();
     reach_end();
   }
-  comparison::stop_if_interrupted();  // not while held: the answer waits for that
-  comparison::print_now(end);
-  comparison::print_now(outputs.write_animation());
+  program::stop_if_interrupted();  // not while held: the answer waits for that
+  program::print_now(end);
+  program::print_now(outputs.write_animation());
   return 0;
 }
 
 int run(int argc, char** argv) {
   const std::optional<StationOptions> options =
-      parse_station_options(argc, argv, comparison::bundled_folder(TOUCHSTONE_EXAMPLES, "station/page"));
+      parse_station_options(argc, argv, program::bundled_folder(TOUCHSTONE_EXAMPLES, "station/page"));
   if (!options) return 0;
-  const fs::path folder = comparison::bundled_folder(TOUCHSTONE_EXAMPLES, "station/scenes");
+  const fs::path folder = program::bundled_folder(TOUCHSTONE_EXAMPLES, "station/scenes");
   if (options->list) {
     for (const auto& scene : load_scenes(*options, folder))
       fmt::print("{:20}  {}\n", scene->name, scene->setting.script().name);
@@ -294,5 +294,5 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  return touchstone::comparison::run_program("touchstone_station", [&] { return run(argc, argv); });
+  return touchstone::program::run_program("touchstone_station", [&] { return run(argc, argv); });
 }

@@ -19,7 +19,7 @@ void add_flight_options(CLI::App& app, StationOptions& out, std::vector<unsigned
   app.add_option("--scene", out.scene,
                  "scene to begin with: a bundled one's name, a script (YAML), or a robot's file");
   out.robots.sphere_facets = 8;  // of the four methods, ours alone takes rounded solids
-  comparison::add_robot_options(app, out.robots);
+  robot_files::add_robot_options(app, out.robots);
   app.add_option("--rate", out.rate, "frames a second")
       ->check(CLI::Range(kLowestFrameRate, kHighestFrameRate))
       ->capture_default_str();
@@ -83,7 +83,7 @@ std::optional<StationOptions> parse_station_options(int argc, const char* const*
   std::vector<unsigned> methods;
   add_flight_options(app, out, methods);
   add_server_options(app, out);
-  if (!comparison::parse_command_line(app, argc, argv)) return std::nullopt;
+  if (!program::parse_command_line(app, argc, argv)) return std::nullopt;
   settle_token(out);
   if (!out.open.empty() && out.open_scene.empty())
     throw InputError("--open needs --of SCENE: records have no solids");

@@ -12,7 +12,7 @@ struct StationOptions {
   ServerSettings server;
   std::string scene;  ///< name, a script's or robot's path; empty: the first bundled one
   std::vector<std::filesystem::path> scripts;  ///< of one's own, or robots, beside the bundled ones
-  comparison::RobotChoices robots;
+  robot_files::RobotChoices robots;
   double rate = 50.0;  ///< [Hz]
   std::filesystem::path record, replay;
   std::filesystem::path open, open_scene;  ///< a record that the page opens, and what was run; empty: none

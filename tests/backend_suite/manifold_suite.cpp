@@ -131,7 +131,7 @@ TEST_P(ManifoldSuite, HasItsPointsOnBothSurfaces) {
     if (GetParam() == "mujoco" && c.a.solid.is_box() && c.b.solid.is_box()) continue;
     WorldVertices a, b;
     world_vertices(c.a.solid, c.a.X_WS, a), world_vertices(c.b.solid, c.b.X_WS, b);
-    const comparison::SurfaceMeasure surface_a(a), surface_b(b);
+    const measures::SurfaceMeasure surface_a(a), surface_b(b);
     for (const double limit : {0.0, 1e-4, kInfinity}) {
       SCOPED_TRACE(c.what + " limit " + std::to_string(limit));
       const Answer answer = ask_manifold(c, limit);

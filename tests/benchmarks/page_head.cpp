@@ -9,6 +9,6 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "page_head TITLE COMMAND\n");
     return 2;
   }
-  fmt::print("{}", touchstone::comparison::page_head(argv[1], argv[2]));
+  fmt::print("{}", touchstone::program::page_head(argv[1], argv[2]));
   return 0;
 }

@@ -62,7 +62,7 @@ bool same(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)
 
 TEST(CInterface, SameBitsAsThroughCpp) {
   for (const char* family : {"random", "resting", "tapered", "bent", "touching"}) {
-    const auto set = comparison::make_pair_family(family, 3, 300);
+    const auto set = measures::make_pair_family(family, 3, 300);
     const auto native = make_native();
     native->build(set.solids);
     const Native c(set.solids);

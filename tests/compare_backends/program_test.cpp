@@ -43,7 +43,7 @@ TEST_F(Program, TheFiguresOnThePageAndInTheTerminalAreThoseOfTheJson) {
         for (const char* mode : {"single", "batch", "raw"}) {
           const auto& timing = backend["queries"][query][mode];
           if (timing.is_null()) continue;
-          const std::string cell = touchstone::comparison::format_ns(timing["median_ns"].get<double>());
+          const std::string cell = touchstone::program::format_ns(timing["median_ns"].get<double>());
           EXPECT_THAT(page, HasSubstr("<td>" + cell + "</td>"));
           if (timing["median_ns"].get<double>() < 9995) {
             EXPECT_THAT(outcome.out, HasSubstr(" " + cell));
@@ -59,7 +59,7 @@ TEST_F(Program, TheFiguresOnThePageAndInTheTerminalAreThoseOfTheJson) {
     for (const auto& standing : ranking["standings"]) {
       const std::size_t missed = standing["wrong"]["missed"].get<std::size_t>();
       if (missed == 0) continue;
-      EXPECT_THAT(page, HasSubstr(touchstone::comparison::format_count(missed) + " missed</span>"));
+      EXPECT_THAT(page, HasSubstr(touchstone::program::format_count(missed) + " missed</span>"));
     }
   }
   std::istringstream lines(outcome.out);
@@ -210,7 +210,7 @@ TEST_F(Program, WritesAReportAndReplacesIt) {
       EXPECT_TRUE(fs::exists(folder_ / "report/figures/random_distance.svg"));
       EXPECT_THAT(
           outcome.out,
-          HasSubstr(touchstone::comparison::wrapped(json["verdicts"][0]["sentence"].get<std::string>())));
+          HasSubstr(touchstone::program::wrapped(json["verdicts"][0]["sentence"].get<std::string>())));
     }
     EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1)
         << "something was left beside the report";
@@ -370,7 +370,7 @@ TEST_F(Program, OneCommandChoosesForTheContactsOfAFileOfPairs) {
   EXPECT_EQ(verdict["cases"], 4);
   EXPECT_EQ(verdict["of_cases"], 6);
   const auto sentence = verdict["sentence"].get<std::string>();
-  EXPECT_THAT(outcome.out, HasSubstr(touchstone::comparison::wrapped(sentence)));
+  EXPECT_THAT(outcome.out, HasSubstr(touchstone::program::wrapped(sentence)));
   EXPECT_THAT(sentence, HasSubstr("(contacts only)"));
   EXPECT_THAT(sentence, HasSubstr("of 4 of 6 cases"));
   for (const auto& candidate : verdict["candidates"]) EXPECT_EQ(candidate["cases"], 4);

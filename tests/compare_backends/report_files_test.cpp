@@ -206,7 +206,7 @@ TEST_F(ReportFiles, DecidesAgainFromAFinishedRun) {
     EXPECT_EQ(said.code, 0) << said.err;
     EXPECT_THAT(
         said.out,
-        StartsWith("\n" + touchstone::comparison::wrapped(verdict["sentence"].get<std::string>()) + "\n"));
+        StartsWith("\n" + touchstone::program::wrapped(verdict["sentence"].get<std::string>()) + "\n"));
   }
   const std::string no_results = write("no.json", R"({"schema": "other"})").string();
   for (const std::string& bad : std::vector<std::string>{

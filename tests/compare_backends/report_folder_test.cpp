@@ -13,6 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/compare_backends/names.hpp"
 #include "touchstone/examples/program/files/report_files.hpp"
 #include "touchstone/examples/program/files/report_manifest.hpp"
 #include "touchstone/examples/program/files/sha256.hpp"

@@ -90,7 +90,7 @@ class Shards : public touchstone::ProgramTest {
   std::string with_bytes(const std::string& head_line, const std::string& set) const {
     Json head = Json::parse(head_line);
     head["sets"][0]["bytes"] = set.size();
-    head["sets"][0]["sha256"] = comparison::sha256(set);
+    head["sets"][0]["sha256"] = touchstone::program::sha256(set);
     return write("forged.bin", head.dump() + "\n" + set).string();
   }
   void expect_refused(const std::string& files, const std::string& text) const {

@@ -5,6 +5,7 @@
 
 #include "touchstone/examples/compare_backends/diff/mann_whitney.hpp"
 #include "touchstone/examples/compare_backends/judge/upper_bound.hpp"
+#include "touchstone/examples/compare_backends/names.hpp"
 #include "touchstone/examples/measures/common/quantiles.hpp"
 
 namespace touchstone::comparison {

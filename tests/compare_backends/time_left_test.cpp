@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "touchstone/examples/compare_backends/names.hpp"
+
 namespace touchstone::comparison {
 namespace {
 

@@ -43,7 +43,7 @@ BackendRun run(const DynamicScene& scene, const std::string& backend) {
   register_all_backends(registry);
   physics::EngineRegistry engines;
   register_own_engine(engines, registry);
-  comparison::ProgressLine progress;
+  program::ProgressLine progress;
   return simulate(scene, engines, {"own", backend}, 0, progress);
 }
 

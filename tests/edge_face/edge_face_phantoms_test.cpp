@@ -13,8 +13,8 @@
 namespace touchstone {
 namespace {
 
-using comparison::PairSet;
-using comparison::PosedPair;
+using measures::PairSet;
+using measures::PosedPair;
 
 struct Phantoms {
   std::size_t hits = 0, count = 0;
@@ -37,7 +37,7 @@ Phantoms phantoms(const PairSet& set) {
   Phantoms found;
   for (std::size_t i = 0; i < status.size(); ++i) {
     if (status[i] != PairStatus::overlapping) continue;
-    const PosedPair posed = comparison::posed_pair(set, i);
+    const PosedPair posed = measures::posed_pair(set, i);
     const double separation = exact_signed_distance(posed.a, posed.b).separation;
     ++found.hits;
     found.count += separation > 0.0;
@@ -49,8 +49,8 @@ Phantoms phantoms(const PairSet& set) {
 }
 
 TEST(EdgeFacePhantoms, AHitIsACommonPointToTheDeclaredResolutionAndTheBends) {
-  for (const comparison::PairFamily& family : comparison::pair_families()) {
-    const Phantoms found = phantoms(comparison::make_pair_family(family.name, 51, 1500));
+  for (const measures::PairFamily& family : measures::pair_families()) {
+    const Phantoms found = phantoms(measures::make_pair_family(family.name, 51, 1500));
     std::printf("%-14.*s %zu hits, %zu phantoms, %.2g S apart at most\n",
                 static_cast<int>(family.name.size()), family.name.data(), found.hits, found.count,
                 found.furthest);
@@ -59,7 +59,7 @@ TEST(EdgeFacePhantoms, AHitIsACommonPointToTheDeclaredResolutionAndTheBends) {
 }
 
 TEST(EdgeFacePhantoms, NearlyParallelEdgesHaveSome) {
-  const Phantoms found = phantoms(comparison::make_pair_family("near_parallel", 51, 1500));
+  const Phantoms found = phantoms(measures::make_pair_family("near_parallel", 51, 1500));
   EXPECT_GT(found.count, found.hits / 50);
   EXPECT_LT(found.count, found.hits / 5);
 }

@@ -66,7 +66,7 @@ class FittedFile : public testing::Test {
     request.input.metres_per_unit = 1e-3;
     request.repairs = 2;
     request.samples = 20000;
-    comparison::ProgressLine progress;
+    program::ProgressLine progress;
     return run_fit(path_, request, progress);
   }
 
@@ -206,13 +206,13 @@ TEST(FitProgram, ACheckSaysWhatIsClaimed) {
 
 TEST_F(FittedFile, AnEarlierFitIntoTheSameFolderStays) {
   const std::filesystem::path output = folder_ / "out";
-  const std::vector<comparison::ReportFile> first{{"a.yaml", "a"}, {"fit.csv", "1"}};
-  const std::vector<comparison::ReportFile> second{{"b.yaml", "b"}, {"fit.csv", "2"}};
+  const std::vector<program::ReportFile> first{{"a.yaml", "a"}, {"fit.csv", "1"}};
+  const std::vector<program::ReportFile> second{{"b.yaml", "b"}, {"fit.csv", "2"}};
   for (const auto& files : {first, second, first})
-    EXPECT_EQ(comparison::place_report(output, files, true, true), output);
+    EXPECT_EQ(program::place_report(output, files, true, true), output);
   EXPECT_TRUE(std::filesystem::exists(output / "a.yaml"));
   EXPECT_TRUE(std::filesystem::exists(output / "b.yaml"));
-  comparison::place_report(output, first, true);  // as other reports do: all of them are still known
+  program::place_report(output, first, true);  // as other reports do: all of them are still known
   EXPECT_FALSE(std::filesystem::exists(output / "b.yaml"));
 }
 
@@ -222,7 +222,7 @@ TEST_F(FittedFile, LevelsAreProvenAndWritten) {
   request.levels = {{0.2, true}, {1.0, true}};
   request.input.metres_per_unit = 1e-3;
   request.repairs = 2;
-  comparison::ProgressLine progress;
+  program::ProgressLine progress;
   const FitRun done = run_fit(path_, request, progress);
   EXPECT_TRUE(done.verdict.is_proven) << done.verdict.reason;
   ASSERT_EQ(done.levels.size(), 2U);
@@ -282,7 +282,7 @@ class OtherFormats : public FolderTest {
     request.over = {0.05, true};
     request.input = input;
     request.repairs = 1;
-    comparison::ProgressLine progress;
+    program::ProgressLine progress;
     return run_fit(file, request, progress);
   }
 };

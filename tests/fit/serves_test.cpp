@@ -35,7 +35,7 @@ class Serves : public FolderTest {
     mesh_ = write("angle.obj", obj);
     fit_.input.metres_per_unit = 1.0;
     fit_.repairs = 1;
-    progress_ = std::make_unique<comparison::ProgressLine>();
+    progress_ = std::make_unique<program::ProgressLine>();
   }
   ServesRequest request(const std::string& motion, const std::string& name = "angle") const {
     const std::filesystem::path file =
@@ -56,7 +56,7 @@ class Serves : public FolderTest {
 
   std::filesystem::path mesh_;
   FitRequest fit_;
-  std::unique_ptr<comparison::ProgressLine> progress_;
+  std::unique_ptr<program::ProgressLine> progress_;
 };
 
 TEST_F(Serves, TheFirstContactIsTheMeshsToTheErrorInTheZone) {
@@ -91,7 +91,7 @@ TEST_F(Serves, ACoverThatIsTooCoarseWhereItIsMetStopsTooSoon) {
   EXPECT_LE(flight.frame_999_us, flight.slowest_us);
 }
 
-// What moves goes up a steep plate, over it and down behind it, all in one frame: the mesh sees the way, not
+// The mover goes up a steep plate, over it and down behind it, all in one frame: the mesh sees the way, not
 // only its ends.
 TEST_F(Serves, AFrameThatGoesAroundACornerIsSeenAlongIt) {
   ServesRequest asked = request("    motion: {segments: [{velocity: [10, 0, 0]}]}\n");
@@ -236,7 +236,7 @@ TEST_F(Serves, BoresThatStayOpenAreNoZones) {
   asked.meshes = {{tube, fit_.input, "angle"}};
   asked.tolerance = 0.06;  // 16 times as much is more than a quarter of the diagonal: no zone is asked for
   FitRequest fit = fit_;
-  fit.keep_open = comparison::Length{0.05, false};
+  fit.keep_open = program::Length{0.05, false};
   std::size_t without_zones = 0;
   const auto look = [&](const ServesRow& row) {
     EXPECT_GE(row.runs[0].fit.region_excess.size(), 1U);  // the bore's

@@ -28,7 +28,7 @@ GuardedRun flown(const std::string& contacts, double duration) {
   for (physics::SceneMechanism& mechanism : scene.scene.mechanisms)
     if (mechanism.name == "arm")
       for (physics::SceneJoint& joint : mechanism.joints) joint.p_W.z() -= 0.125;
-  comparison::ProgressLine progress;
+  program::ProgressLine progress;
   return run_scene(scene, registry, contacts, progress);
 }
 
@@ -54,7 +54,7 @@ TEST(GuardedScenes, AStalledArmPressesIsDrivenBackAndSlidesAlong) {
   register_all_backends(registry);
   GuardedScene scene = load_guarded_scene(kScenes / "oru_pushed_home.yaml");
   scene.scene.scene.duration = 14.0;
-  comparison::ProgressLine progress;
+  program::ProgressLine progress;
   const GuardedRun run = run_scene(scene, registry, "native", progress);
   ASSERT_EQ(run.stopped, "");
   EXPECT_EQ(run.merged, 0U);

@@ -71,7 +71,7 @@ TEST(Libccd, WhatIsNotFiniteOrTooLargeFails) {
 }
 
 TEST(Libccd, NothingIsAllocated) {
-  if (!comparison::thread_allocations()) GTEST_SKIP() << "this build cannot count them";
+  if (!measures::thread_allocations()) GTEST_SKIP() << "this build cannot count them";
   for (const char* name : {"libccd_gjk", "libccd_mpr"}) {
     const auto narrowphase = cubes(name);
     const auto workspace = narrowphase->make_workspace();
@@ -79,9 +79,9 @@ TEST(Libccd, NothingIsAllocated) {
     Answers answers;
     for (const QueryKind kind : {QueryKind::overlap, QueryKind::distance}) {
       evaluate(*narrowphase, pairs, at_distance(0.9), {.kind = kind}, *workspace, answers);
-      const auto before = comparison::thread_allocations();
+      const auto before = measures::thread_allocations();
       evaluate(*narrowphase, pairs, at_distance(0.9), {.kind = kind}, *workspace, answers);
-      EXPECT_EQ(comparison::thread_allocations(), before);
+      EXPECT_EQ(measures::thread_allocations(), before);
     }
   }
 }

@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 namespace {
 
 TEST(Allocations, AreCounted) {
@@ -17,4 +17,4 @@ TEST(Allocations, AreCounted) {
 }
 
 }  // namespace
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

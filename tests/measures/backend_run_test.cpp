@@ -9,7 +9,7 @@
 
 #include "touchstone/tests/measures/fake_backends.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 namespace {
 
 constexpr std::size_t kPairs = 256;
@@ -87,4 +87,4 @@ TEST(RawRows, AreOfTheSamePairsAsThoseThroughTheInterface) {
 }
 
 }  // namespace
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

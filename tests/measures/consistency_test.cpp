@@ -10,7 +10,7 @@
 #include "touchstone/examples/measures/pairs/pair_families.hpp"
 #include "touchstone/tests/measures/fake_backends.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 namespace {
 
 enum class Fault { none, keeps_its_normal, counts_its_calls, sees_the_world };
@@ -130,4 +130,4 @@ TEST(Consistency, NativeSaysTheSameInEveryWay) {
 }
 
 }  // namespace
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

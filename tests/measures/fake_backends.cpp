@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-namespace touchstone::comparison::testing {
+namespace touchstone::measures::testing {
 namespace {
 
 Capabilities all_but_overlap() {
@@ -85,4 +85,4 @@ void register_fakes(BackendRegistry& registry) {
   }
 }
 
-}  // namespace touchstone::comparison::testing
+}  // namespace touchstone::measures::testing

@@ -9,7 +9,7 @@
 
 // Unit cubes side by side along x: everything about a pair follows from its gap.
 
-namespace touchstone::comparison::testing {
+namespace touchstone::measures::testing {
 
 /// `gaps.size()` pairs of unit cubes with these gaps along x [m].
 PairSet cubes(const std::vector<double>& gaps);
@@ -51,4 +51,4 @@ class PairByPair : public Narrowphase {
 /// wrong in the way it is named. right allocates nothing; every one is told apart by its name.
 void register_fakes(BackendRegistry& registry);
 
-}  // namespace touchstone::comparison::testing
+}  // namespace touchstone::measures::testing

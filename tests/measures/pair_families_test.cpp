@@ -13,7 +13,7 @@
 #include "touchstone/adapters/exact/signed_distance.hpp"
 #endif
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 namespace {
 
 constexpr std::uint64_t kSeed = 1;
@@ -166,4 +166,4 @@ TEST(SurfaceMeasure, AgreesWithExact) {
 #endif
 
 }  // namespace
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

@@ -11,7 +11,7 @@
 
 // Paths of two solids: their poses, their times of impact, exactly and as a backend finds them.
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 namespace {
 
 constexpr std::size_t kPoses = 9;
@@ -128,4 +128,4 @@ TEST(PathRun, ABackendWithoutSeparationsJudgesPoses) {
 }
 
 }  // namespace
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

@@ -179,7 +179,7 @@ TEST(Mujoco, ThePluginsCheckIsNeverAsked) {
 }
 
 TEST(Mujoco, AWorkspaceFollowsTheNextBuildAndNothingIsAllocatedAfterItsFirstCall) {
-  if (!comparison::thread_allocations()) GTEST_SKIP() << "this build cannot count them";
+  if (!measures::thread_allocations()) GTEST_SKIP() << "this build cannot count them";
   const auto narrowphase = built({cube(true)});
   const auto workspace = narrowphase->make_workspace();
   const std::array pairs = {SolidPair{0, 1}};
@@ -189,9 +189,9 @@ TEST(Mujoco, AWorkspaceFollowsTheNextBuildAndNothingIsAllocatedAfterItsFirstCall
     for (const QueryKind kind : {QueryKind::overlap, QueryKind::distance, QueryKind::manifold}) {
       evaluate(*narrowphase, pairs, at_distance(0.9), {.kind = kind}, *workspace, answers);
       EXPECT_EQ(answers.status[0], PairStatus::overlapping);
-      const auto before = comparison::thread_allocations();
+      const auto before = measures::thread_allocations();
       evaluate(*narrowphase, pairs, at_distance(0.9), {.kind = kind}, *workspace, answers);
-      EXPECT_EQ(comparison::thread_allocations(), before);
+      EXPECT_EQ(measures::thread_allocations(), before);
     }
   }
 }

@@ -100,9 +100,9 @@ Kind expect_certified(const Hexahedron& a, const Pose& X_WA, const Hexahedron& b
 
 TEST(NativeCertificate, OfEveryFamilyIsConfirmed) {
   std::array<int, 4> kinds{};
-  for (const comparison::PairFamily& family : comparison::pair_families()) {
+  for (const measures::PairFamily& family : measures::pair_families()) {
     SCOPED_TRACE(family.name);
-    const comparison::PairSet set = comparison::make_pair_family(family.name, 5, 60);
+    const measures::PairSet set = measures::make_pair_family(family.name, 5, 60);
     for (const SolidPair& pair : set.pairs)
       ++kinds[static_cast<std::size_t>(
           expect_certified(set.solids[pair.a], set.poses[pair.a], set.solids[pair.b], set.poses[pair.b]))];

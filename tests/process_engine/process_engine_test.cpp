@@ -217,7 +217,7 @@ TEST(ProcessEngine, SameBitsAsInThisProcess) {
   const auto workspace = over_there->make_workspace();
   const auto here = make_native();
   for (const std::size_t count : {5000u, 300u}) {
-    const auto set = comparison::make_pair_family("random", 4, count);
+    const auto set = measures::make_pair_family("random", 4, count);
     over_there->build(set.solids);
     here->build(set.solids);
     Answers got;
@@ -240,7 +240,7 @@ TEST(ProcessEngine, SameBitsAsInThisProcess) {
 TEST(ProcessEngine, EnginesInPython) {
   Engine numpy({PYTHON, std::string(EXAMPLES) + "/spheres.py"}),
       lines({PYTHON, std::string(EXAMPLES) + "/spheres_lines.py"});
-  auto set = comparison::make_pair_family("random", 5, 700);
+  auto set = measures::make_pair_family("random", 5, 700);
   for (Pose& X_WS : set.poses) X_WS.p *= 2.0;  // so that some spheres are apart
   const Answers by_numpy = numpy.ask(set.solids, set.pairs, set.poses, {});
   const Answers by_lines = lines.ask(set.solids, set.pairs, set.poses, {});

@@ -10,7 +10,7 @@
 #include "touchstone/tests/fit/meshes.hpp"
 #include "touchstone/tests/support/program_test.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::robot_files {
 namespace {
 
 using testing::HasSubstr;
@@ -81,4 +81,4 @@ TEST_F(KeptCoversTest, AFileInPlaceOfTheFolderIsRefused) {
 }
 
 }  // namespace
-}  // namespace touchstone::comparison
+}  // namespace touchstone::robot_files

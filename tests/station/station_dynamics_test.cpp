@@ -247,13 +247,13 @@ TEST(StationDynamics, AFlightReplaysToTheSameBitsThroughItsText) {
 }
 
 TEST(StationDynamics, StepsAllocateNothing) {
-  if (!comparison::thread_allocations()) GTEST_SKIP() << "not counted here";
+  if (!measures::thread_allocations()) GTEST_SKIP() << "not counted here";
   Forces forces;
   forces.grapple();
   const auto steps = [&](const HandInput& hand, int frames) {
-    const auto before = comparison::thread_allocations();
+    const auto before = measures::thread_allocations();
     for (int frame = 0; frame < frames; ++frame) forces.session.step(hand);
-    return *comparison::thread_allocations() - *before;
+    return *measures::thread_allocations() - *before;
   };
   steps(along(0.0, 0.0, 0.5), 10);
   steps(along(0.0, 0.0, -0.5), 60);

@@ -133,7 +133,7 @@ TEST(StationForces, TheLabPressesBackOnAnElbow) {
 }
 
 TEST(StationForces, StepsThatGripAllocateNothing) {
-  if (!comparison::thread_allocations()) GTEST_SKIP() << "not counted here";
+  if (!measures::thread_allocations()) GTEST_SKIP() << "not counted here";
   Forces pilot("spdm");
   pilot.take_oru(-0.9, -0.5);
   HandInput hand;
@@ -142,9 +142,9 @@ TEST(StationForces, StepsThatGripAllocateNothing) {
     for (int frame = 0; frame < frames; ++frame) pilot.session.step(hand);
   };
   fly(20);
-  const auto before = comparison::thread_allocations();
+  const auto before = measures::thread_allocations();
   fly(100);
-  EXPECT_EQ(*comparison::thread_allocations() - *before, 0U);
+  EXPECT_EQ(*measures::thread_allocations() - *before, 0U);
 }
 
 TEST(StationForces, AFlightThatGripsReplaysToTheSameBits) {

@@ -104,16 +104,16 @@ TEST(StationWalkForces, WhatIsSwitchedOffAndThePolicyStayThroughAWalk) {
 }
 
 TEST(StationWalkForces, StepsAfterAWalkAllocateNothing) {
-  if (!comparison::thread_allocations()) GTEST_SKIP() << "not counted here";
+  if (!measures::thread_allocations()) GTEST_SKIP() << "not counted here";
   ForcesPilot pilot("walk_loaded");
   take_hold(pilot);
   const auto fly = [&](int frames) {
     for (int frame = 0; frame < frames; ++frame) pilot.session.step(ahead(frame % 7 < 4 ? -0.5 : 0.3));
   };
   const auto allocated = [&](int frames) {
-    const auto before = comparison::thread_allocations();
+    const auto before = measures::thread_allocations();
     fly(frames);
-    return *comparison::thread_allocations() - *before;
+    return *measures::thread_allocations() - *before;
   };
   fly(20);
   EXPECT_EQ(allocated(50), 0U) << "held by both ends";

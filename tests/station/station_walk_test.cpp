@@ -102,7 +102,7 @@ TEST(StationWalk, WhatTheArmCarriesComesAlong) {
 }
 
 TEST(StationWalk, StepsAfterAWalkAllocateNothing) {
-  if (!comparison::thread_allocations()) GTEST_SKIP() << "not counted here";
+  if (!measures::thread_allocations()) GTEST_SKIP() << "not counted here";
   Pilot pilot("walk_off");
   take_hold(pilot);
   let_go(pilot, 1);
@@ -110,9 +110,9 @@ TEST(StationWalk, StepsAfterAWalkAllocateNothing) {
     for (int frame = 0; frame < frames; ++frame) pilot.session.step(ahead(frame % 7 < 4 ? -0.5 : 0.3));
   };
   fly(20);
-  const auto before = comparison::thread_allocations();
+  const auto before = measures::thread_allocations();
   fly(100);
-  EXPECT_EQ(*comparison::thread_allocations() - *before, 0U);
+  EXPECT_EQ(*measures::thread_allocations() - *before, 0U);
 }
 
 TEST(StationWalk, ResetBringsTheFirstBaseBack) {

@@ -22,7 +22,7 @@
 namespace {
 
 using namespace touchstone;
-using comparison::print_now;
+using program::print_now;
 namespace fs = std::filesystem;
 
 /// Narrowphases under this name tell their pairs.
@@ -111,7 +111,7 @@ int run(int argc, const char* const* argv) {
   app.add_option("--most", capture.most, "Pairs of a run that are kept")
       ->check(CLI::Range(1, 1000000))
       ->required();
-  if (!comparison::parse_command_line(app, argc, argv)) return 0;
+  if (!program::parse_command_line(app, argc, argv)) return 0;
   // All that can be refused is refused before the runs.
   check_free(output);
   const fs::path folder = fs::absolute(output).parent_path();
@@ -134,5 +134,5 @@ int run(int argc, const char* const* argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  return touchstone::comparison::run_program("capture_pairs", [&] { return run(argc, argv); });
+  return touchstone::program::run_program("capture_pairs", [&] { return run(argc, argv); });
 }

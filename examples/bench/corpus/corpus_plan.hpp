@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "touchstone/examples/compare_backends/names.hpp"
 #include "touchstone/examples/program/files/json.hpp"
 
 namespace touchstone::comparison {
@@ -15,7 +16,7 @@ struct PlannedSet {
   std::string family;  ///< empty: of files
   std::uint64_t seed = 0;
   std::size_t count = 0;
-  std::size_t poses = 1;  ///< more: a family of paths, of so many poses each
+  std::size_t poses = 1;  ///< more: a family of paths, of this many poses each
   std::vector<std::filesystem::path> files;
   std::string pairs_sha256, truth_sha256, impacts_sha256;  ///< empty: not frozen yet
 

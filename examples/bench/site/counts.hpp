@@ -3,6 +3,7 @@
 #include <initializer_list>
 #include <utility>
 
+#include "touchstone/examples/compare_backends/names.hpp"
 #include "touchstone/examples/program/files/json.hpp"
 
 namespace touchstone::comparison {

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "touchstone/examples/compare_backends/names.hpp"
 #include "touchstone/examples/program/files/json.hpp"
 
 namespace touchstone::comparison {

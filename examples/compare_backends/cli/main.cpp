@@ -165,5 +165,5 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  return touchstone::comparison::run_program("compare_backends", [&] { return run(argc, argv); });
+  return touchstone::program::run_program("compare_backends", [&] { return run(argc, argv); });
 }

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "touchstone/examples/compare_backends/names.hpp"
 #include "touchstone/examples/measures/runs/broadphase_run.hpp"
 #include "touchstone/examples/measures/runs/thread_run.hpp"
 #include "touchstone/examples/program/plots/svg_plot.hpp"

@@ -5,6 +5,7 @@
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/examples/compare_backends/fitted/clearances.hpp"
+#include "touchstone/examples/compare_backends/names.hpp"
 #include "touchstone/examples/measures/common/random.hpp"
 
 namespace touchstone::comparison {

@@ -7,6 +7,7 @@
 
 #include "touchstone/contact_core/registry.hpp"
 #include "touchstone/examples/compare_backends/fitted/fitted_covers.hpp"
+#include "touchstone/examples/compare_backends/names.hpp"
 #include "touchstone/examples/measures/truth/oracle.hpp"
 
 // The error of a cover and a backend together.

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/examples/compare_backends/names.hpp"
 #include "touchstone/examples/program/terminal/text_table.hpp"
 
 namespace touchstone::comparison {

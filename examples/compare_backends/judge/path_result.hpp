@@ -1,5 +1,6 @@
 #pragma once
 
+#include "touchstone/examples/compare_backends/names.hpp"
 #include "touchstone/examples/measures/accuracy/accuracy.hpp"
 #include "touchstone/examples/measures/paths/path_impact.hpp"
 #include "touchstone/examples/measures/paths/path_truth.hpp"
@@ -45,7 +46,7 @@ struct PathSetResult {
   std::vector<PathBackendResult> backends;
 };
 
-/// What the classes at the poses say: poses_truth is of the set's cases, `truth` of its paths.
+/// Judgement of the classes at the poses: poses_truth is of the set's cases, `truth` of its paths.
 PathSetResult begin_paths(const PairSet& set, std::size_t poses, std::span<const PathTruth> truth,
                           std::span<const PairTruth> poses_truth);
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "touchstone/examples/compare_backends/names.hpp"
 #include "touchstone/examples/measures/accuracy/accuracy.hpp"
 
 namespace touchstone::comparison {

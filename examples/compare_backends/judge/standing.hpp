@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "touchstone/examples/compare_backends/names.hpp"
 #include "touchstone/examples/measures/accuracy/accuracy.hpp"
 
 namespace touchstone::comparison {

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "touchstone/examples/compare_backends/names.hpp"
+
 namespace touchstone::comparison {
 namespace {
 

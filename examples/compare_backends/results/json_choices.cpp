@@ -4,6 +4,8 @@
 namespace touchstone::comparison {
 namespace {
 
+using comparison::json;
+
 Json json(const ChoiceSet& set) {
   Json result = {{"name", set.name}, {"cases", set.cases}, {"ids", set.ids}, {"backends", Json::array()}};
   for (const ChoiceSet::Backend& backend : set.backends) {

@@ -8,6 +8,7 @@
 namespace touchstone::comparison {
 
 Json optional_number(const std::optional<double>& value);
+using program::json;
 Json json(const std::optional<Timing>& timing);
 Json json(const Wrongness& wrongness);
 Json json(const std::optional<Consistency>& consistency);

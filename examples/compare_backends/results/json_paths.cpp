@@ -3,6 +3,8 @@
 namespace touchstone::comparison {
 namespace {
 
+using comparison::json;
+
 Json json(const PathFault& fault) {
   return {{"path", fault.id},
           {"reason", fault.reason},

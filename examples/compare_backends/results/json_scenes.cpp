@@ -30,6 +30,8 @@ Json json(const BroadphaseResult& result) {
 
 namespace {
 
+using comparison::json;
+
 Json json(const TradeRow& row, double allowed) {
   return {{"backend", row.backend},
           {"model", row.model},

@@ -7,6 +7,8 @@
 namespace touchstone::comparison {
 namespace {
 
+using comparison::json;
+
 Json repetition_medians(const Timing& timing) {
   Json list = Json::array();
   for (std::size_t r = 0; r < timing.repetitions; ++r) list.push_back(number(timing.repetition_ns[r]));
@@ -41,7 +43,7 @@ Json json(const WorstCase& worst, const SetResult& set) {
           {"reason", worst.reason},
           {"status", to_string(worst.status)},
           {"separation_m", number(worst.separation)},
-          {"normal", comparison::json(worst.n_AB_W)}};
+          {"normal", program::json(worst.n_AB_W)}};
 }
 
 Json json_query(const SetResult& set, const BackendResult& backend, QueryKind kind) {

@@ -4,6 +4,8 @@
 namespace touchstone::comparison {
 namespace {
 
+using comparison::json;
+
 Json json(const Choice& choice) {
   Json classes = Json::array();
   if (choice.apart) classes.push_back("apart");

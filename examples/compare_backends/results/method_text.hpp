@@ -4,6 +4,8 @@
 #include <string_view>
 #include <utility>
 
+#include "touchstone/examples/compare_backends/names.hpp"
+
 namespace touchstone::comparison {
 
 /// How the times were taken, in words: name and definition. Written into results.json and onto the page.

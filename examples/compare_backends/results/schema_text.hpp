@@ -2,6 +2,8 @@
 
 #include <string_view>
 
+#include "touchstone/examples/compare_backends/names.hpp"
+
 namespace touchstone::comparison {
 
 /// Documents a key of results.json. Objects whose keys are names (queries, errors, libraries, definitions,

@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "touchstone/examples/compare_backends/names.hpp"
 #include "touchstone/examples/program/files/json.hpp"
 
 namespace touchstone::comparison {

@@ -4,6 +4,7 @@
 
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/compare_backends/names.hpp"
 #include "touchstone/examples/program/files/json.hpp"
 #include "touchstone/examples/program/files/json_error.hpp"
 

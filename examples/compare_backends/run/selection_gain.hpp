@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "touchstone/examples/compare_backends/names.hpp"
 #include "touchstone/examples/measures/common/quantiles.hpp"
 
 namespace touchstone::comparison {

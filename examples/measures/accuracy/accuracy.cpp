@@ -8,7 +8,7 @@
 #include "touchstone/examples/measures/accuracy/surface_measure.hpp"
 #include "touchstone/examples/measures/common/parallel.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 namespace {
 
 // ---- classes
@@ -532,4 +532,4 @@ Judgement judge(const PairSet& set, std::span<const PairTruth> truth, const Back
   return judgement;
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

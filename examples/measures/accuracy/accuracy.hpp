@@ -9,7 +9,7 @@
 #include "touchstone/examples/measures/runs/backend_run.hpp"
 #include "touchstone/examples/measures/truth/oracle.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 
 /// Wrong and missing answers to one kind of query. What a backend does not support is counted apart: it is no
 /// wrong answer, and matters where it was asked for.
@@ -135,4 +135,4 @@ Judgement judge(const PairSet& set, std::span<const PairTruth> truth, const Orac
 /// ulp; rounding both points of a witness moves p_B - p_A by up to sqrt(3) ulps, whoever computes them.
 double held_by_doubles(double scale);
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

@@ -8,7 +8,7 @@
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 namespace {
 
 // The double nearest to the decimal, as every reader of "13e-7" gets it.
@@ -201,4 +201,4 @@ CostCurves curves_from(const std::string& text, QueryKind kind) {
   return curves;
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

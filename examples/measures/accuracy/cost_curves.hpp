@@ -14,7 +14,7 @@
 // page, finds the same. Costs are rounded up and coverage down to grids: what is found for a choice on the
 // grids is exact, for others it errs to the safe side.
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 
 // ---- what is asked beside the class and the separation
 
@@ -113,7 +113,7 @@ struct CurveCase {
 
 class CurveBuilder {
  public:
-  explicit CurveBuilder(QueryKind kind) : asked_kinds_(comparison::asked_kinds(kind)) {}
+  explicit CurveBuilder(QueryKind kind) : asked_kinds_(measures::asked_kinds(kind)) {}
   void add(const CurveCase& each);
   CostCurves take();
 
@@ -133,4 +133,4 @@ std::string text_of(const CostCurves& curves, QueryKind kind);
 /// @throws InputError for what text_of() did not write.
 CostCurves curves_from(const std::string& text, QueryKind kind);
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

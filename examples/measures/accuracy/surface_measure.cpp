@@ -6,7 +6,7 @@
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/orientation.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 namespace {
 
 // Slivers lose as many bits as their sides' ratio has: 64-bit mantissas tell nothing of sides of 1 and 1e-12.
@@ -91,4 +91,4 @@ double separation_along(const WorldVertices& a, const WorldVertices& b, const Ve
   return static_cast<double>(static_cast<long double>(lowest - highest) / length);
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

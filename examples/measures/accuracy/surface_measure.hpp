@@ -8,7 +8,7 @@
 // Error measures for many points: 113-bit mantissas where `exact` would use integers (64-bit ones where the
 // machine has no wider type: then slivers are measured too coarsely).
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 
 /// The surface of the convex hull of eight world vertices, as triangles chosen by exact orientation signs.
 class SurfaceMeasure {
@@ -26,4 +26,4 @@ class SurfaceMeasure {
 /// h(n) = (min_j n.b_j - max_i n.a_i) / |n| [m].
 double separation_along(const WorldVertices& a, const WorldVertices& b, const Vector3& n);
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

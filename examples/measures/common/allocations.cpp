@@ -52,14 +52,14 @@ int posix_memalign(void** memory, std::size_t alignment, std::size_t size) {
 }
 }
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 std::optional<std::uint64_t> thread_allocations() noexcept { return allocations; }
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures
 
 #else
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 std::optional<std::uint64_t> thread_allocations() noexcept { return std::nullopt; }
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures
 
 #endif

@@ -6,7 +6,7 @@
 #include <thread>
 #include <vector>
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 
 /// Calls body(begin, end) for consecutive chunks of [0, count) on `threads` threads, the caller's among them;
 /// `progress` is called on the caller's thread only. The body must not throw.
@@ -26,4 +26,4 @@ void parallel_chunks(std::size_t count, std::size_t chunk, int threads, const Bo
   work(true);
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

@@ -5,7 +5,7 @@
 
 #include "touchstone/contact_core/geometry/constants.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 namespace {
 
 // Nearest rank: the smallest value with at least `share` of the sample at or below it.
@@ -79,4 +79,4 @@ StepTimes step_times(std::vector<double> us) {
   return {us[rank(0.5, us.size())], us[rank(0.999, us.size())], us.back()};
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

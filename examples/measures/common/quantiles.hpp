@@ -10,7 +10,7 @@
 
 #include "touchstone/contact_core/geometry/constants.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 
 /// Of a sample; NaN and index 0 when it is empty. An infinite value is the worst.
 struct Quantiles {
@@ -87,4 +87,4 @@ double shown_p99(const Timing& timing);
 /// number is the mean of the middle two, other shares are nearest ranks.
 Timing summarise_blocks(std::span<double> averages, std::size_t repetitions = 1);
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

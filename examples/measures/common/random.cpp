@@ -3,7 +3,7 @@
 #include <bit>
 #include <cmath>
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 namespace {
 
 std::uint64_t splitmix(std::uint64_t& state) {
@@ -71,4 +71,4 @@ Matrix3 random_rotation(Random& random) {
   }
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

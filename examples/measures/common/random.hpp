@@ -5,7 +5,7 @@
 
 #include "touchstone/contact_core/geometry/pose.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 
 /// xoshiro256** (Blackman and Vigna) seeded by splitmix64, and distributions that use nothing but IEEE
 /// arithmetic and sqrt: the same numbers on every compiler, unlike <random>'s distributions.
@@ -47,4 +47,4 @@ void shuffle(Container& items, Random& random) {
   }
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

@@ -1,6 +1,6 @@
 #include "touchstone/examples/measures/pairs/drawn_solids.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 
 Hexahedron random_box(Random& random) {
   return Hexahedron::from_size({random.uniform(0.2, 2), random.uniform(0.2, 2), random.uniform(0.2, 2)});
@@ -51,4 +51,4 @@ Hexahedron thin_box(Random& random) {
   return Hexahedron::from_size(size);
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

@@ -7,7 +7,7 @@
 
 // Solids as the families of pairs and of paths draw them.
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 
 /// 0.2 to 2 m a side.
 Hexahedron random_box(Random& random);
@@ -20,4 +20,4 @@ Hexahedron tapered_box(Random& random);
 /// One side (slab) or two sides (needle) 1e-2 to 1e-6 of the others.
 Hexahedron thin_box(Random& random);
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

@@ -12,7 +12,7 @@
 #include "touchstone/examples/measures/pairs/placements.hpp"
 #include "touchstone/examples/measures/pairs/written_block.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 namespace {
 
 struct Pair {
@@ -358,4 +358,4 @@ PairSet make_family_pair(std::string_view name, std::uint64_t seed, std::size_t 
   return set;
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

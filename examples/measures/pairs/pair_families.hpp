@@ -6,7 +6,7 @@
 
 #include "touchstone/examples/measures/pairs/pair_set.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 
 struct PairFamily {
   std::string_view name;
@@ -25,4 +25,4 @@ PairSet make_pair_family(std::string_view name, std::uint64_t seed, std::size_t 
 /// The set of the one pair "name:index", under its own id.
 PairSet make_family_pair(std::string_view name, std::uint64_t seed, std::size_t index);
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

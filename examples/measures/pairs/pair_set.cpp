@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 
 std::string case_id(const PairSet& set, std::size_t index) {
   return set.ids.empty() ? set.name + ":" + std::to_string(index) : set.ids[index];
@@ -19,4 +19,4 @@ PosedPair posed_pair(const PairSet& set, std::size_t index) {
   return posed;
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

@@ -7,7 +7,7 @@
 #include "touchstone/contact_core/geometry/hexahedron.hpp"
 #include "touchstone/contact_core/narrowphase/narrowphase.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 
 /// The input of every backend: pairs of posed solids, over one or more frames. A pair family and a
 /// pair file have one frame; a scene has one per step. Case c is pair c % pairs.size() in frame c /
@@ -39,4 +39,4 @@ struct PosedPair {
 };
 PosedPair posed_pair(const PairSet& set, std::size_t index);
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

@@ -1,6 +1,6 @@
 #include "touchstone/examples/measures/pairs/placements.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 
 Pose random_pose(Random& random) {
   return {random_rotation(random), {random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)}};
@@ -13,4 +13,4 @@ Matrix3 turn_about_z(double t) {
   return R;
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

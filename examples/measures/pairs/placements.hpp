@@ -5,7 +5,7 @@
 
 // Where the families of pairs and of paths place their solids.
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 
 /// Within 1 m of the origin along each axis.
 Pose random_pose(Random& random);
@@ -13,4 +13,4 @@ Pose random_pose(Random& random);
 Matrix3 turn_about_z(double t);
 inline Vector3 unit(const Vector3& v) { return v / norm(v); }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

@@ -8,7 +8,7 @@
 #include "touchstone/examples/measures/pairs/drawn_solids.hpp"
 #include "touchstone/examples/measures/pairs/placements.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 namespace {
 
 struct Path {
@@ -123,4 +123,4 @@ PairSet make_path_family(std::string_view name, std::uint64_t seed, std::size_t 
   return set;
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

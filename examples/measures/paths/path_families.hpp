@@ -7,7 +7,7 @@
 #include "touchstone/examples/measures/pairs/pair_families.hpp"
 #include "touchstone/examples/measures/paths/path_set.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 
 /// paths_straight, paths_turning, paths_thin, paths_grazing.
 std::span<const PairFamily> path_families();
@@ -17,4 +17,4 @@ std::span<const PairFamily> path_families();
 /// @pre poses >= 2. @throws InputError naming the known families.
 PairSet make_path_family(std::string_view name, std::uint64_t seed, std::size_t count, std::size_t poses);
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

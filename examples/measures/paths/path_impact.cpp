@@ -7,7 +7,7 @@
 #include "touchstone/contact_core/motion/kept_gap.hpp"
 #include "touchstone/contact_core/native/native.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 namespace {
 
 std::vector<Hexahedron> solids_of(std::span<const SolidPaths> paths) {
@@ -43,7 +43,7 @@ bool follows(const Sweep& sweep, const SolidPaths& paths) {
                      [&](const RigidPath& way) { return turn_of(way) <= sweep.most_turn(); });
 }
 
-/// What a sweep says, as find_impact() would.
+/// Result of a sweep in the form of find_impact().
 Impact ask_sweep(Sweep& sweep) {
   Impact impact;
   impact.status = ImpactStatus::failed;
@@ -125,4 +125,4 @@ PathAnswers run_sweep(const SweepEntry& entry, const PairSet& set, std::size_t p
   return answers;
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

@@ -7,7 +7,7 @@
 #include "touchstone/contact_core/registry.hpp"
 #include "touchstone/examples/measures/paths/path_set.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 
 /// The two solids at s.
 PosedPair posed_at(const SolidPaths& paths, double s);
@@ -37,4 +37,4 @@ PathAnswers run_paths(const BackendRegistry::NarrowphaseEntry& backend, const Pa
 /// Where an engine's sweep stops; nobody says which gap it keeps, so that it is held to kPathGap.
 PathAnswers run_sweep(const SweepEntry& sweep, const PairSet& set, std::size_t poses);
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

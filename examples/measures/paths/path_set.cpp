@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 
 void append_path(PairSet& set, const std::string& id, const std::array<Hexahedron, 2>& solids,
                  const std::array<RigidPath, 2>& ways, std::size_t poses) {
@@ -27,4 +27,4 @@ SolidPaths paths_of(const PairSet& set, std::size_t poses, std::size_t index) {
           std::max(posed_pair(set, first).scale, posed_pair(set, last).scale)};
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

@@ -11,7 +11,7 @@
 /// pairs. Between its poses a path is what its ends say: each solid's origin moves straight and it turns at a
 /// constant rate about a fixed axis, the shorter way (RigidPath::between).
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 
 /// Two solids on their ways, s from 0 to 1.
 struct SolidPaths {
@@ -28,4 +28,4 @@ void append_path(PairSet& set, const std::string& id, const std::array<Hexahedro
 /// Path `index` of such a set, from the first and the last of its cases.
 SolidPaths paths_of(const PairSet& set, std::size_t poses, std::size_t index);
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

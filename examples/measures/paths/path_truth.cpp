@@ -7,7 +7,7 @@
 #include "touchstone/adapters/exact/exact.hpp"
 #endif
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 namespace {
 
 bool is_contact(const SolidPaths& paths, double s, const Oracle& oracle) {
@@ -73,4 +73,4 @@ std::vector<PathTruth> compute_path_truth(const PairSet& set, std::size_t poses,
   return truth;
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

@@ -5,7 +5,7 @@
 #include "touchstone/examples/measures/paths/path_set.hpp"
 #include "touchstone/examples/measures/truth/oracle.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 
 /// Whether two solids meet on their ways.
 enum class PathClass : std::uint8_t {
@@ -38,4 +38,4 @@ PathTruth path_truth(const SolidPaths& paths, const Narrowphase& exact, const Or
 std::vector<PathTruth> compute_path_truth(const PairSet& set, std::size_t poses, const Oracle& oracle,
                                           int threads);
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

@@ -12,7 +12,7 @@
 #include "touchstone/examples/measures/common/parallel.hpp"
 #include "touchstone/examples/measures/common/random.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -449,4 +449,4 @@ std::vector<BackendAnswers> run_backends(std::span<const BackendRegistry::Narrow
   return answers;
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

@@ -12,7 +12,7 @@
 #include "touchstone/examples/measures/runs/consistency.hpp"
 #include "touchstone/examples/measures/truth/oracle.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 
 inline constexpr std::array<QueryKind, 3> kQueryKinds = {QueryKind::overlap, QueryKind::distance,
                                                          QueryKind::manifold};
@@ -76,4 +76,4 @@ std::vector<BackendAnswers> run_backends(std::span<const BackendRegistry::Narrow
                                          const PairSet& set, const MeasureOptions& options,
                                          const Progress& progress = {});
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

@@ -5,7 +5,7 @@
 
 #include "touchstone/examples/measures/common/allocations.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -189,4 +189,4 @@ std::vector<BroadphaseResult> run_broadphases(const BackendRegistry& registry,
   return results;
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

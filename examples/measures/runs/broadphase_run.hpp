@@ -9,7 +9,7 @@
 #include "touchstone/examples/measures/runs/swarm.hpp"
 #include "touchstone/examples/measures/truth/oracle.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 
 /// One broadphase over a swarm, all of which moves and turns every frame.
 struct BroadphaseResult {
@@ -43,4 +43,4 @@ std::vector<BroadphaseResult> run_broadphases(const BackendRegistry& registry,
                                               const BroadphaseOptions& options, const Oracle* oracle,
                                               const Progress& progress = {});
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

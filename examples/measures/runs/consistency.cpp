@@ -8,7 +8,7 @@
 #include "touchstone/examples/measures/common/parallel.hpp"
 #include "touchstone/examples/measures/common/random.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 namespace {
 
 struct Answers {
@@ -165,4 +165,4 @@ Consistency check_consistency(const Narrowphase& narrowphase, const PairSet& set
   return result;
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

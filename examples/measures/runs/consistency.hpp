@@ -5,7 +5,7 @@
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/examples/measures/pairs/pair_set.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 
 /// Changes of the answers to a distance query (overlap, of a backend without separations) when only the
 /// way of asking did.
@@ -42,4 +42,4 @@ inline constexpr std::size_t kConsistencyCases = 2000;  ///< the first of a set
 Consistency check_consistency(const Narrowphase& narrowphase, const PairSet& set, int threads,
                               std::size_t most = kConsistencyCases);
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

@@ -8,7 +8,7 @@
 #include "touchstone/examples/measures/common/parallel.hpp"
 #include "touchstone/examples/measures/common/random.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 namespace {
 
 std::vector<PlacedHexahedron> random_block(Random& random, std::size_t count) {
@@ -116,4 +116,4 @@ std::vector<SolidPair> confirmed_pairs(const Swarm& swarm, std::span<const Pose>
   return found;
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

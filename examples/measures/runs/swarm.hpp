@@ -5,7 +5,7 @@
 #include "touchstone/contact_core/broadphase/broadphase.hpp"
 #include "touchstone/examples/measures/truth/oracle.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 
 struct SwarmSize {
   std::size_t objects = 0;
@@ -36,4 +36,4 @@ std::vector<SolidPair> true_pairs(const Swarm& swarm, std::span<const Pose> pose
 std::vector<SolidPair> confirmed_pairs(const Swarm& swarm, std::span<const Pose> poses, double margin,
                                        std::vector<SolidPair> candidates, const Oracle& oracle, int threads);
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

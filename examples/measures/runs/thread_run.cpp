@@ -6,7 +6,7 @@
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/measures/common/parallel.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -94,4 +94,4 @@ std::vector<ThreadResult> run_threads(std::span<const BackendRegistry::Narrowpha
   return results;
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

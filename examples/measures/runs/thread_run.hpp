@@ -7,7 +7,7 @@
 #include "touchstone/examples/measures/common/quantiles.hpp"
 #include "touchstone/examples/measures/pairs/pair_set.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 
 /// One backend's distance query (overlap, of a backend without separations) of a whole set, in batches on
 /// several threads.
@@ -34,4 +34,4 @@ std::vector<int> thread_counts();
 std::vector<ThreadResult> run_threads(std::span<const BackendRegistry::NarrowphaseEntry* const> backends,
                                       const PairSet& set, const ThreadOptions& options);
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

@@ -5,7 +5,7 @@
 #include "touchstone/adapters/exact/signed_distance.hpp"
 #endif
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 
 #ifdef TOUCHSTONE_HAS_EXACT
 
@@ -36,4 +36,4 @@ std::unique_ptr<Oracle> make_exact_oracle() { return nullptr; }
 
 #endif
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

@@ -2,7 +2,7 @@
 
 #include "touchstone/examples/measures/common/parallel.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 
 std::vector<PairTruth> compute_truth(const PairSet& set, const Oracle& oracle, int threads,
                                      const Progress& progress) {
@@ -20,4 +20,4 @@ std::vector<PairTruth> compute_truth(const PairSet& set, const Oracle& oracle, i
   return truth;
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

@@ -7,7 +7,7 @@
 #include "touchstone/contact_core/narrowphase/pair_class.hpp"
 #include "touchstone/examples/measures/pairs/pair_set.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::measures {
 
 /// The right answer for one case.
 struct PairTruth {
@@ -42,4 +42,4 @@ using Progress = std::function<void(double share)>;
 std::vector<PairTruth> compute_truth(const PairSet& set, const Oracle& oracle, int threads,
                                      const Progress& progress = {});
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::measures

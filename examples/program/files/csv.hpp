@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-namespace touchstone::comparison {
+namespace touchstone::program {
 
 /// Shortest digits that read back as the same double; empty for NaN.
 inline std::string csv_number(double value) { return std::isnan(value) ? "" : fmt::format("{}", value); }
@@ -18,4 +18,4 @@ inline std::string csv_text(const std::string& text) {
   return quoted + "\"";
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::program

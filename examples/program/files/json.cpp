@@ -7,7 +7,7 @@
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::program {
 
 Json number(double value) {
   if (std::isnan(value)) return nullptr;
@@ -44,7 +44,7 @@ Json json(const Machine& machine) {
           {"version", machine.version}};
 }
 
-Json json(const StepTimes& times) {
+Json json(const measures::StepTimes& times) {
   return {{"median", number(times.median_us)},
           {"p99_9", number(times.p999_us)},
           {"worst", number(times.worst_us)}};
@@ -57,4 +57,4 @@ std::string read_file(const std::string& path, const std::string& who) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::program

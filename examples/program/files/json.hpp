@@ -8,7 +8,7 @@
 
 // Parts that every results.json shares.
 
-namespace touchstone::comparison {
+namespace touchstone::program {
 
 using Json = nlohmann::ordered_json;
 
@@ -20,7 +20,7 @@ Json json(const Vector3& v);  ///< [x, y, z], each as number()
 Vector3 vector3_of(const Json& value);
 Json json(const Pose& X);  ///< {"p_m", "R_rows"}
 Json json(const Machine& machine);
-Json json(const StepTimes& times);
+Json json(const measures::StepTimes& times);
 
 /// In one line; bytes of names that are no UTF-8 are replaced, as by U+FFFD.
 template <class Document>
@@ -32,4 +32,4 @@ std::string one_line(const Document& document) {
 /// @throws InputError when there is no such file.
 std::string read_file(const std::string& path, const std::string& who);
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::program

@@ -1,6 +1,6 @@
 #include "touchstone/examples/program/files/json_error.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::program {
 namespace {
 
 // As the library numbers its exceptions: json.nlohmann.me/home/exceptions.
@@ -29,4 +29,4 @@ std::string reason_of(const nlohmann::json::exception& error) {
   return "holds a value of another kind than it should";
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::program

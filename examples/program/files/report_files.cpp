@@ -15,7 +15,7 @@
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/program/files/report_manifest.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::program {
 namespace {
 
 namespace fs = std::filesystem;
@@ -313,4 +313,4 @@ fs::path place_report(const fs::path& folder, std::span<const ReportFile> files,
   return place;
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::program

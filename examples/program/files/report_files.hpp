@@ -13,7 +13,7 @@
 // A report's files in a folder that may hold other people's. Nothing of theirs is replaced, moved or removed,
 // and no folder is: see report_manifest.hpp.
 
-namespace touchstone::comparison {
+namespace touchstone::program {
 
 /// Relative path and content.
 using ReportFile = std::pair<std::string, std::string>;
@@ -73,4 +73,4 @@ class StreamedFile {
   std::optional<OnInterrupt> on_interrupt_;
 };
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::program

@@ -7,7 +7,7 @@
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/program/files/sha256.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::program {
 namespace {
 
 namespace fs = std::filesystem;
@@ -93,4 +93,4 @@ FileOwner owner_of(const fs::path& folder, const std::optional<Manifest>& manife
   return is_listed ? FileOwner::changed : FileOwner::foreign;
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::program

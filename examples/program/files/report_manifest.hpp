@@ -9,7 +9,7 @@
 
 // The manifest of a folder tells our files from everybody else's.
 
-namespace touchstone::comparison {
+namespace touchstone::program {
 
 /// The manifest's name within a folder: of a report, and of files that are written one after the other.
 inline constexpr const char* kManifestName = "touchstone_report.json";
@@ -53,4 +53,4 @@ enum class FileOwner : std::uint8_t {
 FileOwner owner_of(const std::filesystem::path& folder, const std::optional<Manifest>& manifest,
                    const std::string& name);
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::program

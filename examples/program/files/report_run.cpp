@@ -5,7 +5,7 @@
 
 #include "touchstone/examples/program/terminal/program.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::program {
 namespace {
 
 constexpr const char* kLogName = "engines.log";
@@ -72,4 +72,4 @@ void ReportRun::finish(std::vector<ReportFile> files) {
                              " what the report would have replaced; it is complete and in " + place.string());
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::program

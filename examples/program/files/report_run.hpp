@@ -8,7 +8,7 @@
 #include "touchstone/examples/program/terminal/engine_log.hpp"
 #include "touchstone/examples/program/terminal/interruption.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::program {
 
 /// A report while it is measured, and the log of what engines say meanwhile: engines.log, where they do. A
 /// signal, or an exception that leaves the run, writes what there is so far as a partial report: see
@@ -41,4 +41,4 @@ class ReportRun {
   OnInterrupt on_interrupt_;  // last: it may be called as soon as it is there
 };
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::program

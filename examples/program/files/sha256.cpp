@@ -8,7 +8,7 @@
 
 // FIPS 180-4, sections 5.1.1 (padding), 4.2.2 (constants) and 6.2.2 (the hash of a block).
 
-namespace touchstone::comparison {
+namespace touchstone::program {
 namespace {
 
 constexpr std::array<std::uint32_t, 64> kRounds = {
@@ -70,4 +70,4 @@ std::string sha256(std::string_view bytes) {
   return digits;
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::program

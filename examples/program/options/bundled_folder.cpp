@@ -1,6 +1,6 @@
 #include "touchstone/examples/program/options/bundled_folder.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::program {
 
 namespace fs = std::filesystem;
 
@@ -12,4 +12,4 @@ fs::path bundled_folder(const fs::path& checkout, const fs::path& folder) {
   return fs::is_directory(installed, none) ? installed : checkout / folder;
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::program

@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-namespace touchstone::comparison {
+namespace touchstone::program {
 
 /// The folder of the running program's file.
 std::filesystem::path program_folder();
@@ -14,4 +14,4 @@ std::filesystem::path program_folder();
 std::filesystem::path bundled_folder(const std::filesystem::path& checkout,
                                      const std::filesystem::path& folder);
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::program

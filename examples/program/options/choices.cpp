@@ -8,7 +8,7 @@
 
 #include "touchstone/contact_core/input_error.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::program {
 namespace {
 
 namespace fs = std::filesystem;
@@ -86,4 +86,4 @@ std::string backend_list(const BackendRegistry& registry) {
   return text;
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::program

@@ -9,7 +9,7 @@
 
 // Options that several programs share.
 
-namespace touchstone::comparison {
+namespace touchstone::program {
 
 /// The bundled YAML files of a program, numbered by their names.
 struct BundledFiles {
@@ -41,4 +41,4 @@ std::vector<std::string> choose_backends(const std::vector<std::string>& wanted,
 /// Every narrowphase and what it is, a line each, for --list.
 std::string backend_list(const BackendRegistry& registry);
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::program

@@ -6,7 +6,7 @@
 
 #include "touchstone/contact_core/input_error.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::program {
 namespace {
 
 const std::map<std::string, double>& units() {
@@ -47,4 +47,4 @@ double parse_unit(const std::string& text) {
   reject("--unit", "'" + text + "' is none of m, cm, mm, um, in, ft, and no number of metres");
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::program

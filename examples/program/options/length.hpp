@@ -2,7 +2,7 @@
 
 #include <string>
 
-namespace touchstone::comparison {
+namespace touchstone::program {
 
 /// A length as the command line has it: metres, or a share of a part's diagonal.
 struct Length {
@@ -19,4 +19,4 @@ Length parse_length(const std::string& text, const std::string& option);
 /// Metres a unit: "m", "cm", "mm", "in", "ft", or a number of metres. @throws InputError for anything else.
 double parse_unit(const std::string& text);
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::program

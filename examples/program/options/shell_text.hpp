@@ -2,7 +2,7 @@
 
 #include <string>
 
-namespace touchstone::comparison {
+namespace touchstone::program {
 
 /// The word as a POSIX shell takes it back: as it is where every character is harmless, else in single
 /// quotes.
@@ -15,4 +15,4 @@ inline std::string shell_word(const std::string& word) {
   return quoted + "'";
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::program

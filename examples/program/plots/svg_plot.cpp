@@ -8,7 +8,7 @@
 
 #include "touchstone/examples/program/plots/plot_text.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::program {
 namespace {
 
 // ---- marks: distinct shapes, Okabe and Ito's colours (plot.css, by the backend's place in the list)
@@ -197,4 +197,4 @@ std::string mark_svg(const std::vector<std::string>& backends, const std::string
          mark_at(place_of(backends, backend), 8, 8, false) + "</svg>";
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::program

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace touchstone::comparison {
+namespace touchstone::program {
 
 /// More lines than this cross too often to be followed: the page shows as many, the others where asked for.
 inline constexpr std::size_t kFewLines = 6;
@@ -41,4 +41,4 @@ std::string nanosecond_label(int exponent);  ///< "0.1 ns", "100 ns", "1 us": 10
 /// Escapes &, <, > and quotes.
 std::string xml_text(const std::string& text);
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::program

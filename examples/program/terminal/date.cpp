@@ -4,8 +4,8 @@
 
 #include <ctime>
 
-namespace touchstone::comparison {
+namespace touchstone::program {
 
 std::string today() { return fmt::format("{:%Y-%m-%d}", fmt::gmtime(std::time(nullptr))); }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::program

@@ -2,9 +2,9 @@
 
 #include <string>
 
-namespace touchstone::comparison {
+namespace touchstone::program {
 
 /// Today in UTC, "2026-11-27".
 std::string today();
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::program

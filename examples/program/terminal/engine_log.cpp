@@ -15,7 +15,7 @@
 #include <iostream>
 #include <stdexcept>
 
-namespace touchstone::comparison {
+namespace touchstone::program {
 namespace {
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
@@ -126,4 +126,4 @@ bool write_all(int descriptor, std::string_view text) {
 
 void say(std::string_view text) { write_all(own_stderr(), text); }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::program

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace touchstone::comparison {
+namespace touchstone::program {
 
 /// While it lives, what engines write to the standard streams by themselves is kept in a log, apart from what
 /// the program says through print_now() and ProgressLine. One at a time. A program that dies in an engine
@@ -39,4 +39,4 @@ bool write_all(int descriptor, std::string_view text);
 /// To own_stderr(). Where nobody listens nothing is said.
 void say(std::string_view text);
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::program

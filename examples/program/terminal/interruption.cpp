@@ -13,7 +13,7 @@
 
 #include "touchstone/examples/program/terminal/engine_log.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::program {
 namespace {
 
 using Answers = std::list<std::function<std::string()>>;
@@ -107,4 +107,4 @@ OnInterrupt::~OnInterrupt() {
   answers().erase(place_);
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::program

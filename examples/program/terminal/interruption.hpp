@@ -8,7 +8,7 @@
 // SIGINT and SIGTERM end a program within a second wherever it is: a thread of its own answers them, so that
 // no loop and no engine has to look for them.
 
-namespace touchstone::comparison {
+namespace touchstone::program {
 
 /// Makes SIGINT and SIGTERM end the program with 128 + the signal, after all answers: once a program.
 /// @param name of the program, before what it says.
@@ -35,4 +35,4 @@ class OnInterrupt {
   std::list<std::function<std::string()>>::iterator place_;
 };
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::program

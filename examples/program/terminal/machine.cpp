@@ -12,7 +12,7 @@
 #include "touchstone/contact_core/native/simd/kernels.hpp"
 #include "touchstone/examples/program/terminal/date.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::program {
 namespace {
 
 std::string cpu_model() {
@@ -73,4 +73,4 @@ std::string page_head(const std::string& title, const std::string& command) {
       command);
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::program

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-namespace touchstone::comparison {
+namespace touchstone::program {
 
 /// The machine and the build that the figures were measured with.
 struct Machine {
@@ -25,4 +25,4 @@ std::string page_head(const std::string& title, const std::string& command);
 /// Of this project, "1.2.3".
 std::string touchstone_version();
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::program

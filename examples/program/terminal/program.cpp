@@ -12,7 +12,7 @@
 #include "touchstone/examples/program/terminal/machine.hpp"
 #include "touchstone/examples/program/terminal/text_table.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::program {
 namespace {
 
 constexpr int kOtherError = 1;
@@ -82,4 +82,4 @@ bool parse_command_line(CLI::App& app, int argc, const char* const* argv) {
   return true;
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::program

@@ -12,7 +12,7 @@ namespace CLI {
 class App;  // its header costs each file that includes it seconds
 }
 
-namespace touchstone::comparison {
+namespace touchstone::program {
 
 /// A program's main: SIGINT and SIGTERM are answered within a second (130 and 143, see interruption.hpp), and
 /// every error is one line on stderr after the program's name.
@@ -43,4 +43,4 @@ std::vector<std::string> stems(const std::vector<std::filesystem::path>& files);
 /// @throws InputError, in one line, for what the command line may not hold.
 bool parse_command_line(CLI::App& app, int argc, const char* const* argv);
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::program

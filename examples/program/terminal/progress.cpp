@@ -6,7 +6,7 @@
 #include "touchstone/examples/program/terminal/engine_log.hpp"
 #include "touchstone/examples/program/terminal/interruption.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::program {
 namespace {
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
@@ -61,4 +61,4 @@ void ProgressLine::finish() {
   what_.clear();
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::program

@@ -6,7 +6,7 @@
 
 #include "touchstone/examples/program/terminal/time_left.hpp"
 
-namespace touchstone::comparison {
+namespace touchstone::program {
 
 /// Progress on stderr: one line that updates itself on a terminal, else a plain line for each step. No call
 /// returns once a signal has come: what is left of the processor is the answer's, see interruption.hpp.
@@ -30,4 +30,4 @@ class ProgressLine {
   std::chrono::steady_clock::time_point start_, last_, part_start_;
 };
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::program

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace touchstone::comparison {
+namespace touchstone::program {
 namespace {
 
 // Columns are counted in code points: cells may hold UTF-8.
@@ -101,4 +101,4 @@ std::string format_ratio(double ratio) {
   return fmt::format("{:.0f}x", ratio);
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::program

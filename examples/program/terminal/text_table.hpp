@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-namespace touchstone::comparison {
+namespace touchstone::program {
 
 /// Columns as wide as their widest cell; the first left-aligned, the others right-aligned.
 class TextTable {
@@ -26,4 +26,4 @@ std::string format_error(double value);       ///< "0", "1.2e-16", "inf"; "-" fo
 std::string format_count(std::size_t count);  ///< thousands apart
 std::string format_ratio(double ratio);       ///< "1.00x", "12.3x"; "-" for NaN
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::program

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace touchstone::comparison {
+namespace touchstone::program {
 
 void TimeLeft::finish_part(double seconds) {
   if (seconds_.size() < parts_.size()) seconds_.push_back(seconds);
@@ -35,4 +35,4 @@ std::string about(double seconds) {
   return fmt::format("about {:.0f} min", std::ceil(seconds / 60.0));
 }
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::program

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace touchstone::comparison {
+namespace touchstone::program {
 
 /// A part of a run. Parts of one kind take time in proportion to their size; sizes of all kinds are in one
 /// unit.
@@ -37,4 +37,4 @@ class TimeLeft {
 /// "about 40 s", "about 12 min": rounded as far as an estimate is good for.
 std::string about(double seconds);
 
-}  // namespace touchstone::comparison
+}  // namespace touchstone::program

@@ -70,13 +70,13 @@ void read_line(const json& line, const StationScenes& scenes, Recording& out) {
 std::string hash_text(std::uint64_t hash) { return fmt::format("{:016x}", hash); }
 
 std::string header_line(const Recording& recording) {
-  return comparison::one_line(json{{"station", 1},
-                                   {"scene", recording.scene},
-                                   {"rate_hz", recording.rate},
-                                   {"methods", recording.methods},
-                                   {"dynamics", recording.dynamics},
-                                   {"script", recording.script},
-                                   {"files", recording.files}}) +
+  return program::one_line(json{{"station", 1},
+                                {"scene", recording.scene},
+                                {"rate_hz", recording.rate},
+                                {"methods", recording.methods},
+                                {"dynamics", recording.dynamics},
+                                {"script", recording.script},
+                                {"files", recording.files}}) +
          "\n";
 }
 
@@ -96,11 +96,11 @@ std::string input_line(const RecordedInput& input, const StationScenes& scenes) 
     line["attitude"] = control.attitude;
     if (control.kind == Control::Kind::scene) line["scene"] = scenes.at(control.index)->name;
   }
-  return comparison::one_line(line) + "\n";
+  return program::one_line(line) + "\n";
 }
 
 std::string end_line(std::uint64_t frames, std::uint64_t hash) {
-  return comparison::one_line(json{{"frames", frames}, {"hash", hash_text(hash)}}) + "\n";
+  return program::one_line(json{{"frames", frames}, {"hash", hash_text(hash)}}) + "\n";
 }
 
 Recording read_header(std::istream& in, const std::string& name) {

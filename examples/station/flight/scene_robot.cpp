@@ -46,10 +46,10 @@ std::shared_ptr<const TriangleMesh> rest_of(const HexahedronTree& tree, const st
 }  // namespace
 
 MechanismDescription SceneRobot::read(const std::filesystem::path& file, const SceneRobots& robots) {
-  comparison::RobotChoices choices = robots.choices;
+  robot_files::RobotChoices choices = robots.choices;
   choices.keep_meshes = robots.shows_meshes;
-  Robot robot = comparison::load_robot_file(file, choices);
-  if (robots.on_account) robots.on_account(comparison::account_of(robot));
+  Robot robot = robot_files::load_robot_file(file, choices);
+  if (robots.on_account) robots.on_account(robot_files::account_of(robot));
   meshes_ = std::move(robot.meshes);
   is_flown_ = true;
   return std::move(robot.mechanism);

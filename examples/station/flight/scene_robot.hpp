@@ -14,9 +14,9 @@ namespace touchstone::station {
 
 /// How a scene's robot of others is read.
 struct SceneRobots {
-  comparison::RobotChoices choices = {};
+  robot_files::RobotChoices choices = {};
   std::function<void(const std::string& account)> on_account =
-      {};                    ///< comparison::account_of(); may be empty
+      {};                    ///< robot_files::account_of(); may be empty
   bool shows_meshes = true;  ///< false: nobody looks, and no mesh is read for a picture
 };
 
@@ -24,12 +24,12 @@ struct SceneRobots {
 class SceneRobot {
  public:
   /// A script, or a robot's file, which is flown before a block: see training::robot_script(). @throws
-  /// InputError as load_script() and comparison::load_robot_file()
+  /// InputError as load_script() and robot_files::load_robot_file()
   Script read_script(const std::filesystem::path& file, const SceneRobots& robots);
 
   /// False: the scene has an arm of ours, or none.
   bool is_flown() const { return is_flown_; }
-  /// What the picture shows of its links in place of hexahedra: their meshes, and the hexahedra that stand
+  /// Meshes that the picture shows of its links in place of hexahedra, and the hexahedra that stand
   /// for no mesh. Links without a mesh have none. @param setting of the script.
   std::vector<ObjectMesh> meshes(const training::Setting& setting) const;
 

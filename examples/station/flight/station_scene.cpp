@@ -321,7 +321,7 @@ std::string scene_json(const StationScene& scene) {
               {"tasks", tasks_json(scene)}};
   if (!scene.meshes.bytes.empty())
     out["meshes"] = {{"path", scene.meshes.path}, {"triangles", scene.meshes.triangles}};
-  return comparison::one_line(out);
+  return program::one_line(out);
 }
 
 }  // namespace touchstone::station

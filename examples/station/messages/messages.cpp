@@ -234,9 +234,9 @@ std::string hello_json(const StationScenes& scenes, std::size_t scene, std::uint
   json names = json::array();
   for (const auto& each : scenes)
     names.push_back({{"name", each->name}, {"title", each->setting.script().name}});
-  // What the page has to know before the first frame.
+  // The page needs this before the first frame.
   const HandScales scales;
-  return comparison::one_line(
+  return program::one_line(
       json{{"type", "hello"},
            {"version", 1},
            {"client", client},
@@ -276,7 +276,7 @@ std::string event_json(const StationEvent& event) {
   } else {
     out["text"] = event.text.data();
   }
-  return comparison::one_line(out);
+  return program::one_line(out);
 }
 
 std::string state_json(const StateMessage& state, const StationScenes& scenes, std::uint32_t pilot,
@@ -301,7 +301,7 @@ std::string state_json(const StateMessage& state, const StationScenes& scenes, s
   for (std::size_t i = 0; i < state.latched_count; ++i) latched.push_back(state.latched[i]);
   for (std::size_t i = 0; i < state.held_count; ++i) held.push_back(state.held[i]);
   for (std::size_t i = 0; i < state.off_count; ++i) off.push_back(state.off[i]);
-  return comparison::one_line(
+  return program::one_line(
       json{{"type", "state"},
            {"frame", state.frame},
            {"scene", scenes[state.scene]->name},
@@ -354,7 +354,7 @@ json score(const StateMessage& state, const StationScenes& scenes) {
 }  // namespace
 
 std::string score_json(const StateMessage& state, const StationScenes& scenes) {
-  return comparison::one_line(score(state, scenes));
+  return program::one_line(score(state, scenes));
 }
 
 std::string debrief_json(const StateMessage& state, const StationScenes& scenes,
@@ -365,41 +365,41 @@ std::string debrief_json(const StateMessage& state, const StationScenes& scenes,
   for (const auto& point : path) out["path"].push_back(point);
   out["events"] = json::array();
   for (const std::string& event : events) out["events"].push_back(json::parse(event));
-  return comparison::one_line(out);
+  return program::one_line(out);
 }
 
 std::string pong_json(double stamp, double received_us, double sent_us) {
-  return comparison::one_line(
+  return program::one_line(
       json{{"type", "pong"}, {"stamp", stamp}, {"received_us", received_us}, {"sent_us", sent_us}});
 }
 
 std::string error_json(std::string_view text) {
-  return comparison::one_line(json{{"type", "error"}, {"text", text}});
+  return program::one_line(json{{"type", "error"}, {"text", text}});
 }
 
 std::string latency_json(const LatencyFigures& latency, const LoopFigures& loop, double rate,
                          double offset_us, double rtt_us) {
-  return comparison::one_line(json{{"type", "latency"},
-                                   {"stages_us",
-                                    {{"input_to_received", stage_json(latency.input_to_received)},
-                                     {"received_to_started", stage_json(latency.received_to_started)},
-                                     {"started_to_decided", stage_json(latency.started_to_decided)},
-                                     {"decided_to_sent", stage_json(latency.decided_to_sent)},
-                                     {"sent_to_drawn", stage_json(latency.sent_to_drawn)},
-                                     {"input_to_drawn", stage_json(latency.input_to_drawn)}}},
-                                   {"sum_less_input_to_drawn_us", stage_json(latency.difference)},
-                                   {"count", latency.input_to_drawn.count()},
-                                   {"histogram_us", counts_json(latency.input_to_drawn)},
-                                   {"over_150_ms", latency.input_to_drawn.above(kLate)},
-                                   {"deadline",
-                                    {{"steps", loop.step.count()},
-                                     {"missed", loop.missed.load()},
-                                     {"period_us", 1e6 / rate},
-                                     {"worst_step_us", loop.step.worst_us()},
-                                     {"median_step_us", loop.step.quantile_us(0.5)},
-                                     {"p999_step_us", loop.step.quantile_us(0.999)}}},
-                                   {"offset_us", offset_us},
-                                   {"rtt_us", rtt_us}});
+  return program::one_line(json{{"type", "latency"},
+                                {"stages_us",
+                                 {{"input_to_received", stage_json(latency.input_to_received)},
+                                  {"received_to_started", stage_json(latency.received_to_started)},
+                                  {"started_to_decided", stage_json(latency.started_to_decided)},
+                                  {"decided_to_sent", stage_json(latency.decided_to_sent)},
+                                  {"sent_to_drawn", stage_json(latency.sent_to_drawn)},
+                                  {"input_to_drawn", stage_json(latency.input_to_drawn)}}},
+                                {"sum_less_input_to_drawn_us", stage_json(latency.difference)},
+                                {"count", latency.input_to_drawn.count()},
+                                {"histogram_us", counts_json(latency.input_to_drawn)},
+                                {"over_150_ms", latency.input_to_drawn.above(kLate)},
+                                {"deadline",
+                                 {{"steps", loop.step.count()},
+                                  {"missed", loop.missed.load()},
+                                  {"period_us", 1e6 / rate},
+                                  {"worst_step_us", loop.step.worst_us()},
+                                  {"median_step_us", loop.step.quantile_us(0.5)},
+                                  {"p999_step_us", loop.step.quantile_us(0.999)}}},
+                                {"offset_us", offset_us},
+                                {"rtt_us", rtt_us}});
 }
 
 }  // namespace touchstone::station

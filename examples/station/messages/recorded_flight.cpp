@@ -42,7 +42,7 @@ std::vector<SceneObject> objects_of(const fs::path& file, const SceneRobots& rob
   if (is_robot_file(file) || has_key(file, "hands"))
     return training::Setting(SceneRobot().read_script(file, robots)).scene().objects;
   if (has_key(file, "dynamics"))
-    return load_dynamic_scene(file, {}, comparison::arm_models(robots.choices, robots.on_account))
+    return load_dynamic_scene(file, {}, robot_files::arm_models(robots.choices, robots.on_account))
         .scene.objects;
   return load_scene(file).objects;
 }
@@ -257,7 +257,7 @@ std::string texts_of(const RecordedFlight& flight) {
                       {"tasks", json::array()}};
   const json method = {{"name", "recorded"}, {"what", "as another program flew it"}};
   const json hello = {{"methods", json::array({method})}};
-  return comparison::one_line(json{{"hello", hello}, {"scene", scene}});
+  return program::one_line(json{{"hello", hello}, {"scene", scene}});
 }
 
 void append_size(std::size_t size, std::string& out) {

@@ -156,7 +156,7 @@ void StationLoop::step() {
   facts.started_us = station_us();
   const bool sets = exchange_.controls.front() != nullptr;
   if (sets) take_controls();
-  const auto before = comparison::thread_allocations();
+  const auto before = measures::thread_allocations();
   const HandInput hand = take_hand(facts.started_us);
   facts.input = exchange_.hand.front().stamp;
   facts.has_input = facts.input.client != 0;
@@ -180,7 +180,7 @@ void StationLoop::step() {
   figures.frame.store(session_.frame(), std::memory_order_relaxed);
   figures.not_judged.store(judge_.passed_by(), std::memory_order_relaxed);
   figures.step.add(station_us() - facts.started_us);
-  const auto after = comparison::thread_allocations();
+  const auto after = measures::thread_allocations();
   if (before && after) figures.allocations.fetch_add(*after - *before, std::memory_order_relaxed);
 }
 

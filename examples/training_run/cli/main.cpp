@@ -13,19 +13,19 @@ namespace {
 
 using namespace touchstone;
 using namespace touchstone::training;
-using comparison::ProgressLine;
+using program::ProgressLine;
 
 void print_list(const Options& options, const BackendRegistry& registry) {
   fmt::print("scripts\n");
   for (const std::filesystem::path& file : find_scripts(options))
     fmt::print("  {:26}  {}\n", file.stem().string(), load_setting(file, options)->script().name);
-  fmt::print("backends\n{}", comparison::backend_list(registry));
+  fmt::print("backends\n{}", program::backend_list(registry));
   fmt::print("outputs\n{}", outputs_text());
 }
 
 int run(int argc, char** argv) {
   const std::optional<Options> options =
-      parse_options(argc, argv, comparison::bundled_folder(TOUCHSTONE_EXAMPLES, "training_run/scripts"));
+      parse_options(argc, argv, program::bundled_folder(TOUCHSTONE_EXAMPLES, "training_run/scripts"));
   if (!options) return 0;
   BackendRegistry registry;
   register_all_backends(registry);
@@ -34,19 +34,19 @@ int run(int argc, char** argv) {
     return 0;
   }
   // Wrong names are found before a report is begun.
-  const std::vector<std::string> backends = comparison::choose_backends(options->backends, registry);
+  const std::vector<std::string> backends = program::choose_backends(options->backends, registry);
   const std::vector<std::filesystem::path> scripts = find_scripts(*options);
-  LiveReport report(options->output, comparison::stems(scripts));
+  LiveReport report(options->output, program::stems(scripts));
   for (const std::filesystem::path& script : scripts)
     load_setting(script, *options, [&](const std::string& account) {  // before any of them is flown
-      comparison::print_now(comparison::wrapped(account));
+      program::print_now(program::wrapped(account));
     });
   // So are outputs that cannot be made.
   std::vector<std::string> flights;
-  for (const std::string& script : comparison::stems(scripts))
+  for (const std::string& script : program::stems(scripts))
     for (std::string& name : flight_names(script, backends)) flights.push_back(std::move(name));
   prepare_outputs(options->outputs, flights);
-  comparison::print_now(
+  program::print_now(
       "stopped s: first stop; clear m: exact separation there; deep mm: deepest shown; between: and between "
       "frames;\n"
       "merged: frames shown in contact; missed: of those, wrongly or not reported; phantom: contact "
@@ -59,19 +59,19 @@ int run(int argc, char** argv) {
     return run_script(script, *options, registry, backends, progress,
                       [&](const ScriptResult& so_far) { report.see_method(so_far); });
   };
-  comparison::run_each(scripts, run_one, [&](ScriptResult result) {
-    const std::string text = comparison::wrapped(terminal_text(result));
+  program::run_each(scripts, run_one, [&](ScriptResult result) {
+    const std::string text = program::wrapped(terminal_text(result));
     report.see_script(std::move(result));
     return text;
   });
   report.finish();
-  comparison::print_now(comparison::wrapped(summary_text(report.results())) +
-                        "\nresults, plots: " + options->output + "\n");
+  program::print_now(program::wrapped(summary_text(report.results())) +
+                     "\nresults, plots: " + options->output + "\n");
   return 0;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  return touchstone::comparison::run_program("training_run", [&] { return run(argc, argv); });
+  return touchstone::program::run_program("training_run", [&] { return run(argc, argv); });
 }

@@ -31,9 +31,9 @@ std::optional<Options> parse_options(int argc, const char* const* argv,
   app.add_option("--out,--output", options.output, "Folder of results and plots")->capture_default_str();
   std::string folder;
   app.add_option("--scripts", folder, "Folder with the scripts");
-  comparison::add_robot_options(app, options.robots);
+  robot_files::add_robot_options(app, options.robots);
   app.add_flag("--list", options.list, "List scripts and backends");
-  if (!comparison::parse_command_line(app, argc, argv)) return std::nullopt;
+  if (!program::parse_command_line(app, argc, argv)) return std::nullopt;
   // Figures are checked and defaults set once all options are known.
   if (*rate && !(options.frame_rate >= 10.0 && options.frame_rate <= 1000.0))
     throw InputError("--rate: is not within 10 and 1000 Hz");
@@ -46,7 +46,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv,
 std::vector<std::filesystem::path> find_scripts(const Options& options) {
   std::vector<std::filesystem::path> files;
   if (options.robots.files.empty() || !options.scenes.empty())
-    files = comparison::choose_files({options.scripts, "--scripts", "no script flies it"}, options.scenes);
+    files = program::choose_files({options.scripts, "--scripts", "no script flies it"}, options.scenes);
   files.insert(files.end(), options.robots.files.begin(), options.robots.files.end());
   return files;
 }

@@ -17,7 +17,7 @@ struct Options {
   std::string output = "training";      ///< folder
   std::filesystem::path scripts;        ///< folder
   OutputOptions outputs{};
-  comparison::RobotChoices robots{};
+  robot_files::RobotChoices robots{};
   bool list = false;
 };
 

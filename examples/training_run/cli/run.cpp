@@ -31,15 +31,15 @@ std::string flight_name(const std::string& script, std::string_view method, std:
 
 Script read_script(const std::filesystem::path& file, const Options& options,
                    const std::function<void(const std::string&)>& on_account) {
-  if (!is_robot_file(file)) return load_script(file, comparison::arm_models(options.robots, on_account));
-  const Robot robot = comparison::load_robot_file(file, options.robots);
-  if (on_account) on_account(comparison::account_of(robot));
+  if (!is_robot_file(file)) return load_script(file, robot_files::arm_models(options.robots, on_account));
+  const Robot robot = robot_files::load_robot_file(file, options.robots);
+  if (on_account) on_account(robot_files::account_of(robot));
   return robot_script(robot.mechanism);
 }
 
 class Runner {
  public:
-  Runner(ScriptResult& result, const OutputOptions& outputs, comparison::ProgressLine& progress,
+  Runner(ScriptResult& result, const OutputOptions& outputs, program::ProgressLine& progress,
          const OnMethod& on_method)
       : result_(result),
         setting_(*result.setting),
@@ -68,8 +68,8 @@ class Runner {
     out.backend = method.backend();
     out.check = method.check();
     out.verdict = judge_.judge(log, resolution, share);
-    out.times = comparison::step_times(log.frame_us);
-    out.cpu_times = comparison::step_times(log.frame_cpu_us);
+    out.times = measures::step_times(log.frame_us);
+    out.cpu_times = measures::step_times(log.frame_cpu_us);
     out.allocations = log.allocations;
     out.queries = log.queries;
     out.iteration_limits = log.iteration_limits;
@@ -111,7 +111,7 @@ class Runner {
   const Setting& setting_;
   const OutputOptions& outputs_;
   Judge judge_;
-  comparison::ProgressLine& progress_;
+  program::ProgressLine& progress_;
   const OnMethod& on_method_;
   std::vector<std::pair<std::size_t, FlightLog>> kept_;
 };
@@ -147,7 +147,7 @@ std::shared_ptr<const Setting> load_setting(const std::filesystem::path& file, c
 
 ScriptResult run_script(const std::filesystem::path& file, const Options& options,
                         const BackendRegistry& registry, const std::vector<std::string>& backends,
-                        comparison::ProgressLine& progress, const OnMethod& on_method) {
+                        program::ProgressLine& progress, const OnMethod& on_method) {
   ScriptResult result;
   result.file = file.stem().string();
   result.setting = load_setting(file, options);

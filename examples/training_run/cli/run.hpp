@@ -30,6 +30,6 @@ using OnMethod = std::function<void(const ScriptResult&)>;
 /// backend's is plotted beside the other three methods, and shown on the image generator.
 ScriptResult run_script(const std::filesystem::path& file, const Options& options,
                         const BackendRegistry& registry, const std::vector<std::string>& backends,
-                        comparison::ProgressLine& progress, const OnMethod& on_method = {});
+                        program::ProgressLine& progress, const OnMethod& on_method = {});
 
 }  // namespace touchstone::training

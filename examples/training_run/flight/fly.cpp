@@ -32,14 +32,14 @@ class Flight {
     method_.send(0.0);
   }
 
-  FlightLog take(const comparison::Progress& progress) {
+  FlightLog take(const measures::Progress& progress) {
     const std::size_t count = setting_.frame_count();
     for (std::size_t frame = 0; frame < count; ++frame) {
       take_actions(frame);
       if (in_real_time_) wait_for(frame);
-      const auto before = comparison::thread_allocations();
+      const auto before = measures::thread_allocations();
       step(frame);
-      const auto after = comparison::thread_allocations();
+      const auto after = measures::thread_allocations();
       if (before && after && log_.allocations)
         *log_.allocations += *after - *before;
       else
@@ -121,8 +121,7 @@ class Flight {
 
 }  // namespace
 
-FlightLog fly(const Setting& setting, Method& method, bool in_real_time,
-              const comparison::Progress& progress) {
+FlightLog fly(const Setting& setting, Method& method, bool in_real_time, const measures::Progress& progress) {
   return Flight(setting, method, in_real_time).take(progress);
 }
 

@@ -12,6 +12,6 @@ namespace touchstone::training {
 /// @param in_real_time frames begin no sooner than by the clock on the wall.
 /// @throws InputError: an arm that does not fit, an action that is refused.
 FlightLog fly(const Setting& setting, Method& method, bool in_real_time,
-              const comparison::Progress& progress = {});
+              const measures::Progress& progress = {});
 
 }  // namespace touchstone::training

@@ -437,7 +437,7 @@ class EventsByFrame {
 }  // namespace
 
 Verdict Judge::judge(const FlightLog& log, const Resolution& resolution,
-                     const comparison::Progress& progress) const {
+                     const measures::Progress& progress) const {
   const State& s = *state_;
   Verdict verdict;
   verdict.frames = log.frames;

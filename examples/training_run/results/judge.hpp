@@ -68,7 +68,7 @@ class Judge {
   /// @param resolution of the backend's distances, none where it has none: a method may report contact within
   /// twice max(g, 4 resolutions).
   Verdict judge(const FlightLog& log, const Resolution& resolution,
-                const comparison::Progress& progress = {}) const;
+                const measures::Progress& progress = {}) const;
   /// Returns the pairs of the setting that are in contact where all objects stand, ascending.
   std::vector<ShownContact> contacts(std::span<const Pose> X_WO, const Formation& formation) const;
   /// Of shown frames `first` to `last`.

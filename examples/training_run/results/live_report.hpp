@@ -28,7 +28,7 @@ class LiveReport {
 
   std::vector<std::string> scripts_;
   std::vector<ScriptResult> results_;
-  comparison::ReportRun report_;
+  program::ReportRun report_;
 };
 
 }  // namespace touchstone::training

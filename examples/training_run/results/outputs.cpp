@@ -91,13 +91,13 @@ void prepare_outputs(const OutputOptions& options, const std::vector<std::string
   if (!options.records.empty()) {
     if (!kHasRecorder) throw InputError(record + ": " + lacks("RECORDER"));
     make_folder(record, options.records);
-    comparison::StreamedFile::check(record, options.records, with_extension(flights, ".csv"));
+    program::StreamedFile::check(record, options.records, with_extension(flights, ".csv"));
   }
   if (!options.animations.empty()) {
     if (!kHasGltf) throw InputError("--gltf: " + lacks("GLTF"));
     if (options.records.empty()) throw InputError("--gltf: is written from records; give " + record + " too");
     make_folder("--gltf", options.animations);
-    comparison::StreamedFile::check("--gltf", options.animations, with_extension(flights, ".gltf"));
+    program::StreamedFile::check("--gltf", options.animations, with_extension(flights, ".gltf"));
   }
   if (!options.cigi.empty()) {
     if (!kHasCigi) throw InputError("--cigi: " + lacks("CIGI"));
@@ -116,7 +116,7 @@ std::string outputs_text() {
 
 struct FlightOutputs::State {
   const Setting* setting;
-  std::optional<comparison::StreamedFile> record_file;
+  std::optional<program::StreamedFile> record_file;
   std::string record;                            // a copy of its path, as it stays; empty: none
   std::string animation_folder, animation_name;  // empty: none
   bool is_shown = false, has_ended = false;
@@ -132,7 +132,7 @@ struct FlightOutputs::State {
 
   /// The outputs that could not be written; empty: none.
   std::string write_animation() const {
-    comparison::StreamedFile animation(animation_folder, animation_name);
+    program::StreamedFile animation(animation_folder, animation_name);
 #if defined(TOUCHSTONE_HAS_GLTF) && defined(TOUCHSTONE_HAS_RECORDER)
     std::vector<std::shared_ptr<const HexahedronTree>> trees;
     for (const SceneObject& object : setting->scene().objects)

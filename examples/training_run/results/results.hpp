@@ -18,8 +18,8 @@ struct MethodResult {
   MotionCheck check = MotionCheck::proven;  ///< of the contact world
   std::string not_flown;                    ///< why; empty: it was
   Verdict verdict;
-  comparison::StepTimes times;               ///< by the clock on the wall
-  comparison::StepTimes cpu_times;           ///< of the thread
+  measures::StepTimes times;                 ///< by the clock on the wall
+  measures::StepTimes cpu_times;             ///< of the thread
   std::optional<std::uint64_t> allocations;  ///< in all frames; none where they cannot be counted
   std::uint64_t queries = 0, iteration_limits = 0;
   std::vector<HandFigures> hands;

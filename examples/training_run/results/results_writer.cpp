@@ -11,9 +11,9 @@
 namespace touchstone::training {
 namespace {
 
-using comparison::Json;
-using comparison::json;
-using comparison::number;
+using program::Json;
+using program::json;
+using program::number;
 
 constexpr int kSchema = 1;
 
@@ -100,10 +100,10 @@ std::string pair_name(const Setting& setting, const SolidPair& pair) {
 std::string results_json(const std::vector<ScriptResult>& results,
                          const std::vector<std::string>& not_measured) {
   Json out = {
-      {"schema", kSchema}, {"program", "training_run"}, {"machine", json(comparison::describe_machine())}};
+      {"schema", kSchema}, {"program", "training_run"}, {"machine", json(program::describe_machine())}};
   out["partial"] = !not_measured.empty();
   out["not_measured"] = not_measured;
-  out["engine_messages"] = comparison::engine_log_lines();
+  out["engine_messages"] = program::engine_log_lines();
   out["scripts"] = Json::array();
   for (const ScriptResult& result : results) {
     const Setting& setting = *result.setting;
@@ -122,8 +122,8 @@ std::string results_json(const std::vector<ScriptResult>& results,
 
 std::string results_csv(const std::vector<ScriptResult>& results,
                         const std::vector<std::string>& not_measured) {
-  using comparison::csv_number;
-  using comparison::csv_text;
+  using program::csv_number;
+  using program::csv_text;
   std::string text =
       "script,method,backend,check,not_flown,policy,frame_rate_hz,gap_m,frames,stops,first_stop_s,first_"
       "clearance_m,deepest_shown_m,deepest_between_m,merged_frames,passed_through_frames,missed_frames,"

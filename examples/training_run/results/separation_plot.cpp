@@ -71,9 +71,8 @@ std::string legend(const MethodResult& method, std::size_t place) {
   return fmt::format(
       "<path d='M{} {:.1f}h26' style='stroke:var({});stroke-width:2;stroke-dasharray:{}'/>"
       "<text class='label' x='{}' y='{:.1f}'>{}</text><text class='small' x='{}' y='{:.1f}'>{}{}</text>",
-      kRight + 8, at - 4, kColours[place], kDashes[place], kRight + 40, at,
-      comparison::xml_text(method.method), kRight + 40, at + 14, length_text(least),
-      method.verdict.passed_through > 0 ? ", went through" : "");
+      kRight + 8, at - 4, kColours[place], kDashes[place], kRight + 40, at, program::xml_text(method.method),
+      kRight + 40, at + 14, length_text(least), method.verdict.passed_through > 0 ? ", went through" : "");
 }
 
 }  // namespace
@@ -101,12 +100,12 @@ std::string separation_plot(const ScriptResult& result) {
       "<svg class='plot' xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {0} {1}' width='{0}' height='{1}' "
       "role='img' aria-label='{2}: separation over time'><style>{3}</style>"
       "<rect width='{0}' height='{1}' style='fill:var(--paper)'/>",
-      kWidth, kHeight, comparison::xml_text(result.file), comparison::plot_style());
+      kWidth, kHeight, program::xml_text(result.file), program::plot_style());
   svg += fmt::format(
       "<text class='title' x='{0}' y='20'>{1}</text>"
       "<text class='small' x='{0}' y='37'>separation shown [mm], by exact; its least value beside each "
       "method</text>",
-      kLeft, comparison::xml_text(result.setting->script().name));
+      kLeft, program::xml_text(result.setting->script().name));
   svg += grid(x, y);
   for (std::size_t i = 0; i < methods.size(); ++i) svg += line(*methods[i], i, x, y) + legend(*methods[i], i);
   return svg + "</svg>\n";

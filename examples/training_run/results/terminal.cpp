@@ -10,8 +10,8 @@
 namespace touchstone::training {
 namespace {
 
-using comparison::format_count;
-using comparison::TextTable;
+using program::format_count;
+using program::TextTable;
 
 constexpr std::size_t kMostStops = 6;
 

@@ -106,7 +106,7 @@ SceneObject block(double side, const Vector3& p_W, const Vector3& direction, con
 Script robot_script(const MechanismDescription& description) {
   const auto robot = std::make_shared<const Mechanism>(description);
   const std::uint32_t end = end_of(*robot);
-  const std::vector<double> q = comparison::start_values(*robot);
+  const std::vector<double> q = robot_files::start_values(*robot);
   std::vector<Pose> X_WL(robot->links().size());
   robot->link_poses({}, q, X_WL);
   // The robot's reach sets the scale of the scene.

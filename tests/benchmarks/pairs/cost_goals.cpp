@@ -70,7 +70,7 @@ constexpr const char* kLanes = "two lanes do in four steps what eight do in one"
 constexpr const char* kOpen = "pairs that touch to rounding leave the lanes";
 constexpr const char* kParallel = "edges parallel to rounding take exact products";
 
-/// What is asked of pairs.
+/// Goals for pairs.
 const std::vector<Goal>& pair_goals() {
   static const std::vector<Asked> kFlushAsked = {
       {Of::cold, 400}, {Of::hot_p99, 1500}, {Of::hot_worst, 5000}, {Of::cold_worst, 5000}};
@@ -239,7 +239,7 @@ void print_worlds() {
 /// Runs that part in a process of its own: the choice of kernels, and memory, are a process's.
 void print_apart(const std::string& program, const std::string& part) {
   std::fflush(stdout);
-  if (std::system((comparison::shell_word(program) + " goals " + part).c_str()) != 0)
+  if (std::system((program::shell_word(program) + " goals " + part).c_str()) != 0)
     std::printf("%s: not measured\n", part.c_str());
 }
 

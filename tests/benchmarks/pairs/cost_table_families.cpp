@@ -9,8 +9,8 @@
 namespace touchstone {
 namespace {
 
-using comparison::PairSet;
-using comparison::Random;
+using measures::PairSet;
+using measures::Random;
 
 constexpr std::array<std::string_view, 15> kFamilies = {
     "wall",     "wall_1e-12",    "aligned_tapered", "wall_turned", "blocks_turned",
@@ -37,13 +37,13 @@ struct Wall {
 };
 
 void add_wall_pair(const Wall& wall, Random& random, PairSet& set) {
-  const Vector3 size = comparison::uniform_vector(random, 0.1, 1.0);
+  const Vector3 size = measures::uniform_vector(random, 0.1, 1.0);
   const std::uint32_t axis = wall.is_tapered ? 2 : random.below(3);
   Vector3 offset = Vector3::Zero();
   offset[axis] = size[axis] + wall.gap * size[axis];
   if (axis == 2) offset.x() = 0.5 * size.x() * static_cast<double>(random.below(3));
-  const Matrix3 R = wall.is_turned ? comparison::random_rotation(random) : Matrix3(Matrix3::Identity());
-  const Vector3 p = comparison::uniform_vector(random, -5.0, 5.0);
+  const Matrix3 R = wall.is_turned ? measures::random_rotation(random) : Matrix3(Matrix3::Identity());
+  const Vector3 p = measures::uniform_vector(random, -5.0, 5.0);
   const Hexahedron block = wall.is_tapered ? tapered_block(size) : Hexahedron::from_size(size);
   const auto first = static_cast<SolidIndex>(set.solids.size());
   set.solids.insert(set.solids.end(), 2, block);
@@ -56,7 +56,7 @@ PairSet make_wall(std::string_view name, const Wall& wall, std::uint64_t seed, s
   PairSet set;
   set.name = name;
   for (std::size_t i = 0; i < count; ++i) {
-    Random random(comparison::mix_seed(seed, 100, i));
+    Random random(measures::mix_seed(seed, 100, i));
     add_wall_pair(wall, random, set);
   }
   return set;
@@ -72,7 +72,7 @@ PairSet make_cost_table_family(std::string_view name, std::uint64_t seed, std::s
   if (name == "aligned_tapered") return make_wall(name, {.gap = -0.01, .is_tapered = true}, seed, count);
   if (name == "wall_turned") return make_wall(name, {.is_turned = true}, seed, count);
   if (name == "blocks_turned") return make_wall(name, {.is_tapered = true, .is_turned = true}, seed, count);
-  return comparison::make_pair_family(name, seed, count);
+  return measures::make_pair_family(name, seed, count);
 }
 
 }  // namespace touchstone

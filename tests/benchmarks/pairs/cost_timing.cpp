@@ -12,7 +12,7 @@
 namespace touchstone {
 namespace {
 
-using comparison::PairSet;
+using measures::PairSet;
 
 constexpr std::uint64_t kSeed = 20261123;
 constexpr std::size_t kHotPairs = 256, kColdPairs = 16384, kBatch = 256;
@@ -73,8 +73,8 @@ struct Workload {
         points(count * kMaxManifoldPoints) {}
 
   void shuffle() {
-    comparison::Random random(kSeed);
-    comparison::shuffle(set.pairs, random);
+    measures::Random random(kSeed);
+    measures::shuffle(set.pairs, random);
   }
 };
 

@@ -38,7 +38,7 @@ double all_seconds(int who) {
 }
 
 void compare_c_interface(std::size_t pairs, QueryKind kind) {
-  const auto set = comparison::make_pair_family("random", 1, pairs);
+  const auto set = measures::make_pair_family("random", 1, pairs);
   const auto native = make_native();
   native->build(set.solids);
   const auto workspace = native->make_workspace();
@@ -77,7 +77,7 @@ void compare_c_interface(std::size_t pairs, QueryKind kind) {
 void measure_process(const char* engine) {
   constexpr std::size_t kPairs = 20000;
   constexpr int kCalls = 200;
-  const auto set = comparison::make_pair_family("random", 1, kPairs);
+  const auto set = measures::make_pair_family("random", 1, kPairs);
   BackendRegistry registry;
   register_process_engine(registry, {.command = {engine, "nothing"}});
   const auto narrowphase = registry.make_narrowphase("engine_c");

@@ -18,11 +18,11 @@ constexpr int kFrames = 48, kTurn = 8;  // frames until all turn back
 }  // namespace
 
 MovingCost measure_moving_pairs(const BackendRegistry& registry, std::string_view family, double step) {
-  comparison::PairSet set = make_cost_table_family(family, kSeed, kPairs);
-  comparison::Random random(kSeed);
+  measures::PairSet set = make_cost_table_family(family, kSeed, kPairs);
+  measures::Random random(kSeed);
   std::vector<Vector3> steps;
   for (std::size_t i = 0; i < set.poses.size(); ++i)
-    steps.push_back(step * comparison::random_direction(random));
+    steps.push_back(step * measures::random_direction(random));
 
   const auto narrowphase = registry.make_narrowphase("native");
   narrowphase->build(set.solids);

@@ -31,7 +31,7 @@ constexpr std::string_view kOverlapping = ":overlapping";
 constexpr std::string_view kApart = ":apart";
 
 /// The first kPairs, or as many as there are.
-std::vector<SolidPair> pairs_with(PairStatus wanted, const comparison::PairSet& set) {
+std::vector<SolidPair> pairs_with(PairStatus wanted, const measures::PairSet& set) {
   const auto native = registry().narrowphase("native").make();
   native->build(set.solids);
   std::vector<PairStatus> status(set.pairs.size());
@@ -44,7 +44,7 @@ std::vector<SolidPair> pairs_with(PairStatus wanted, const comparison::PairSet& 
 }
 
 struct Workload {
-  comparison::PairSet set;
+  measures::PairSet set;
   std::vector<SolidPair> pairs;
   std::vector<PairStatus> status;
   std::vector<PairGeometry> geometry;
@@ -54,7 +54,7 @@ struct Workload {
     const bool overlapping = family.ends_with(kOverlapping), apart = family.ends_with(kApart);
     if (overlapping) family.remove_suffix(kOverlapping.size());
     if (apart) family.remove_suffix(kApart.size());
-    set = comparison::make_pair_family(family, 1, overlapping || apart ? 4 * kPairs : kPairs);
+    set = measures::make_pair_family(family, 1, overlapping || apart ? 4 * kPairs : kPairs);
     pairs = set.pairs;
     if (overlapping) pairs = pairs_with(PairStatus::overlapping, set);
     if (apart) pairs = pairs_with(PairStatus::separated, set);

@@ -46,7 +46,7 @@ bool parse(int argc, char** argv, Options& options) {
       ->capture_default_str();
   app.add_flag("!--no-peers", options.has_peers, "Without V-HACD and CoACD");
   app.add_flag("!--no-fit-to-peers", options.is_fitted_to_peers, "Without covers within their excess");
-  return comparison::parse_command_line(app, argc, argv);
+  return program::parse_command_line(app, argc, argv);
 }
 
 double unit_of(const Options& options, const std::string& name) {
@@ -54,9 +54,9 @@ double unit_of(const Options& options, const std::string& name) {
   for (const std::string& text : options.unit) {
     const std::size_t equals = text.rfind('=');
     if (equals == std::string::npos)
-      all = comparison::parse_unit(text);
+      all = program::parse_unit(text);
     else if (text.substr(0, equals) == name)
-      own = comparison::parse_unit(text.substr(equals + 1));
+      own = program::parse_unit(text.substr(equals + 1));
   }
   if (!own && !all) reject("--unit", "is missing, of " + name);
   return own ? *own : *all;
@@ -89,7 +89,7 @@ Part read_part(const Options& options, const std::filesystem::path& file) {
   return part;
 }
 
-fitting::FitRun fit_within(const Part& part, double share, comparison::ProgressLine& progress) {
+fitting::FitRun fit_within(const Part& part, double share, program::ProgressLine& progress) {
   fitting::FitRequest request;
   request.over = {share, true};
   request.input = part.input;
@@ -97,7 +97,7 @@ fitting::FitRun fit_within(const Part& part, double share, comparison::ProgressL
 }
 
 FitRow fit_row(const Options& options, const Part& part, const CoverJudge& judge, double share,
-               comparison::ProgressLine& progress) {
+               program::ProgressLine& progress) {
   FitRow row{part.name, share, part.mesh.triangles.size(), 0, 0.0, 0.0, 0.0, {}, {}};
   try {
     const fitting::FitRun run = fit_within(part, share, progress);
@@ -116,7 +116,7 @@ FitRow fit_row(const Options& options, const Part& part, const CoverJudge& judge
 }
 
 PeerRow peer_row(const Options& options, const Part& part, const CoverJudge& judge, const std::string& method,
-                 const std::filesystem::path& scratch, comparison::ProgressLine& progress) {
+                 const std::filesystem::path& scratch, program::ProgressLine& progress) {
   constexpr double kResolution = 1e-3, kLeastFit = 0.01;  // shares of the diagonal
   PeerRow row;
   row.mesh = part.name;
@@ -152,14 +152,14 @@ std::string command_text(int argc, char** argv, const Options& options) {
 }
 
 std::string machine_text() {
-  const comparison::Machine machine = comparison::describe_machine();
+  const program::Machine machine = program::describe_machine();
   return machine.cpu + ", " + machine.compiler + ", " + machine.build_type;
 }
 
 std::vector<double> shares_of(const Options& options) {
   std::vector<double> shares;
   for (const std::string& over : options.over) {
-    const comparison::Length length = comparison::parse_length(over, "--over");
+    const program::Length length = program::parse_length(over, "--over");
     if (!length.is_share) reject("--over", "'" + over + "' is no share of the diagonal");
     shares.push_back(length.value);
   }
@@ -205,29 +205,29 @@ int run(int argc, char** argv) {
       std::filesystem::temp_directory_path() / fmt::format("fit_table_{}", ::getpid());
   std::filesystem::create_directories(scratch);
   for (const auto& file : files) {
-    comparison::ProgressLine progress;
+    program::ProgressLine progress;
     const Part part = read_part(options, file);
     const CoverJudge judge(part.mesh);
     for (const double share : shares) {
       table.rows.push_back(fit_row(options, part, judge, share, progress));
       progress.finish();
-      comparison::print_now(row_text(table.rows.back()));
+      program::print_now(row_text(table.rows.back()));
     }
     for (const std::string& method : methods) {
       table.peer_rows.push_back(peer_row(options, part, judge, method, scratch, progress));
       progress.finish();
-      comparison::print_now(row_text(table.peer_rows.back()));
+      program::print_now(row_text(table.peer_rows.back()));
     }
     // After each mesh: what is known stays.
     if (!options.results.empty()) std::ofstream(options.results) << results_page(table);
   }
   std::filesystem::remove_all(scratch);
-  if (options.results.empty()) comparison::print_now(results_page(table));
+  if (options.results.empty()) program::print_now(results_page(table));
   return count_uncovered(table) == 0 ? 0 : 1;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  return touchstone::comparison::run_program("fit_table", [&] { return run(argc, argv); });
+  return touchstone::program::run_program("fit_table", [&] { return run(argc, argv); });
 }

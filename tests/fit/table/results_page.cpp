@@ -10,7 +10,7 @@
 namespace touchstone::test {
 namespace {
 
-using comparison::format_count;
+using program::format_count;
 
 std::string percent(double share) { return fmt::format("{:.3g} %", 100.0 * share); }
 

@@ -278,7 +278,7 @@ TEST(NativeBentFaces, DeepestPointIsThereWithThePairsOwnSeparation) {
 double worst_point(const Laid& pair, const Answer& answer) {
   WorldVertices va, vb;
   world_vertices(pair.a, pair.X_WA, va), world_vertices(pair.b, pair.X_WB, vb);
-  const comparison::SurfaceMeasure a(va), b(vb);
+  const measures::SurfaceMeasure a(va), b(vb);
   double worst = 0.0;
   for (const ContactPoint& p : answer.points) {
     const double across = norm(p.p_B_W - (p.p_A_W + p.separation * answer.geometry.n_AB_W));

@@ -78,7 +78,7 @@ PairOfSolids crossing(Random& random, const Hexahedron& a, const Hexahedron& b, 
 double worst_point(const PairOfSolids& pair, const Answer& answer) {
   WorldVertices va, vb;
   world_vertices(pair.a, pair.X_WA, va), world_vertices(pair.b, pair.X_WB, vb);
-  const comparison::SurfaceMeasure a(va), b(vb);
+  const measures::SurfaceMeasure a(va), b(vb);
   if (a.is_flat() || b.is_flat()) return kNaN;
   double worst = 0.0;
   for (int i = 0; i < answer.geometry.point_count; ++i) {

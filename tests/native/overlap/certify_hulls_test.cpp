@@ -12,11 +12,11 @@
 namespace touchstone::native {
 namespace {
 
-using comparison::Random;
+using measures::Random;
 
 WorldVertices turned_box(Random& random) {
-  const Matrix3 R = comparison::random_rotation(random);
-  const Vector3 half = comparison::uniform_vector(random, 0.2, 0.5);
+  const Matrix3 R = measures::random_rotation(random);
+  const Vector3 half = measures::uniform_vector(random, 0.2, 0.5);
   WorldVertices out;
   for (int i = 0; i < 8; ++i) {
     const Vector3 p =
@@ -50,9 +50,9 @@ TEST(CertifyHulls, IsNeverWrongWhereProductsUnderflow) {
   for (const double size : {1e-104, 1e-107, 1e-108, 1e-160, 1e-161, 1e-162, 1e-310}) {
     int meeting = 0;
     for (std::uint64_t seed = 0; seed < 1000; ++seed) {
-      Random random(comparison::mix_seed(seed, 1, 0));
+      Random random(measures::mix_seed(seed, 1, 0));
       const WorldVertices a_1 = turned_box(random), b_1 = turned_box(random);
-      const Vector3 way = comparison::random_direction(random);
+      const Vector3 way = measures::random_direction(random);
       const double place = touching_place(a_1, b_1, way, 1 + random.below(20));
       const WorldVertices a = placed(a_1, Vector3::Zero(), size), b = placed(b_1, place * way, size);
       const bool meet = numerics::hulls_intersect(a, b);

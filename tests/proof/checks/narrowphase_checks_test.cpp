@@ -24,7 +24,7 @@ namespace {
 using Bytes = std::vector<std::uint8_t>;
 
 Bytes random_bytes(std::uint64_t seed) {
-  comparison::Random random(seed);
+  measures::Random random(seed);
   Bytes bytes(kDecodedBytes);
   for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random.next() >> 56);
   return bytes;

@@ -16,12 +16,12 @@
 namespace touchstone::proof {
 namespace {
 
-using comparison::Random;
+using measures::Random;
 
 Pose random_pose(Random& random, double reach) {
   Pose X;
-  X.R = comparison::random_rotation(random);
-  X.p = comparison::uniform_vector(random, -reach, reach);
+  X.R = measures::random_rotation(random);
+  X.p = measures::uniform_vector(random, -reach, reach);
   return X;
 }
 
@@ -41,7 +41,7 @@ void put_report(const FrameReport& report, BitSink& sink) {
 }
 
 SceneObject tumbling_box(const std::string& name, Random& random) {
-  const Hexahedron solid = Hexahedron::from_size(comparison::uniform_vector(random, 0.4, 1.2));
+  const Hexahedron solid = Hexahedron::from_size(measures::uniform_vector(random, 0.4, 1.2));
   return {HexahedronTree({{"box", solid, {}}}, name), random_pose(random, 3.0), {}, {}};
 }
 
@@ -61,7 +61,7 @@ Scene crowd(ContactPolicy policy) {
     SceneObject& object = scene.objects.back();
     if (i == 1 || i > 9) continue;
     if (i % 2 == 0) {
-      const Vector3 axis = comparison::random_direction(random);
+      const Vector3 axis = measures::random_direction(random);
       object.motion.segments.push_back(
           {0.0, 40.0, -0.4 * object.X_WO.p, axis / norm(axis), random.uniform(-2, 2), object.X_WO.p});
     } else {
@@ -101,7 +101,7 @@ struct ArmAmongBlocks {
       Pose X = random_pose(random, 2.0);
       X.p += X_WT.p;
       if (norm(X.p - X_WT.p) < 1.5) X.p += 3.0 * Vector3::UnitZ();
-      const Hexahedron solid = Hexahedron::from_size(comparison::uniform_vector(random, 0.5, 1.0));
+      const Hexahedron solid = Hexahedron::from_size(measures::uniform_vector(random, 0.5, 1.0));
       const std::string name = "block " + std::to_string(i);
       world.add({std::make_shared<HexahedronTree>(std::vector<PlacedHexahedron>{{"block", solid, {}}}, name),
                  X, true});

@@ -55,9 +55,9 @@ class ProgressText {
 };
 
 std::string class_table(const LongRunResult& result) {
-  using comparison::format_count;
-  comparison::TextTable table({"family", "pairs", "separated", "touching", "penetrating", "by filter",
-                               "by integers", "unsettled", "missed", "phantom", "wrong sign"});
+  using program::format_count;
+  program::TextTable table({"family", "pairs", "separated", "touching", "penetrating", "by filter",
+                            "by integers", "unsettled", "missed", "phantom", "wrong sign"});
   const auto add = [&](std::string_view name, const FamilyTally& t) {
     table.add({std::string(name), format_count(t.pairs), format_count(t.separated), format_count(t.touching),
                format_count(t.penetrating), percent(t.by_filter, t.pairs),
@@ -71,15 +71,15 @@ std::string class_table(const LongRunResult& result) {
 }
 
 std::string distance_table(const LongRunResult& result) {
-  using comparison::format_count;
+  using program::format_count;
   std::vector<std::string> header = {"distances off by [ulp]", "compared"};
   for (const std::string_view name : kUlpNames) header.emplace_back(name);
   for (const char* name : {"worst/S", "beyond bound", "truths differ"}) header.emplace_back(name);
-  comparison::TextTable table(header);
+  program::TextTable table(header);
   const auto add = [&](std::string_view name, const FamilyTally& t) {
     std::vector<std::string> row = {std::string(name), format_count(t.distances)};
     for (const std::size_t count : t.ulps) row.push_back(format_count(count));
-    row.push_back(comparison::format_error(t.worst_over_S));
+    row.push_back(program::format_error(t.worst_over_S));
     row.push_back(format_count(t.beyond_bound));
     row.push_back(format_count(t.truths_differ));
     table.add(row);
@@ -176,7 +176,7 @@ int run(int argc, char** argv) {
   const FamilyTally total = result.total();
   write(std::filesystem::path(output) / "long_run.json", result_json(options, result));
   fmt::print("{}\n{}\n{} pairs in {:.1f} s on {} threads: {:.0f} pairs/s{}\n", class_table(result),
-             distance_table(result), comparison::format_count(total.pairs), result.seconds, options.threads,
+             distance_table(result), program::format_count(total.pairs), result.seconds, options.threads,
              static_cast<double>(total.pairs) / result.seconds, interrupted ? " (interrupted)" : "");
   for (const Fault& fault : result.faults)
     fmt::print("{}:{}  {}\n", families()[fault.family].name, fault.index, fault.what);

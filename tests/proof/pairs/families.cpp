@@ -12,17 +12,17 @@
 namespace touchstone::proof {
 namespace {
 
-using comparison::Random;
+using measures::Random;
 
 PosedSolids compared_pair(std::size_t family, std::uint64_t seed, std::uint64_t index) {
-  const comparison::PairSet set =
-      comparison::make_family_pair(comparison::pair_families()[family].name, seed, index);
+  const measures::PairSet set =
+      measures::make_family_pair(measures::pair_families()[family].name, seed, index);
   const SolidPair pair = set.pairs[0];
   return {set.solids[pair.a], set.solids[pair.b], set.poses[pair.a], set.poses[pair.b]};
 }
 
 PosedSolids any_compared_pair(Random& random, std::uint64_t seed, std::uint64_t index) {
-  return compared_pair(random.below(static_cast<std::uint32_t>(comparison::pair_families().size())), seed,
+  return compared_pair(random.below(static_cast<std::uint32_t>(measures::pair_families().size())), seed,
                        index);
 }
 
@@ -59,7 +59,7 @@ PosedSolids single_precision_pair(Random& random, std::uint64_t seed, std::uint6
 // Corners of a box moved by up to 2^-3 to 2^-50 of its sides, drawn again until convex.
 Hexahedron warped_solid(Random& random) {
   for (;;) {
-    const Vector3 half = comparison::uniform_vector(random, 0.1, 1);
+    const Vector3 half = measures::uniform_vector(random, 0.1, 1);
     const double reach = std::ldexp(1.0, -3 - static_cast<int>(random.below(48)));
     std::array<Vector3, 8> vertices;
     for (int i = 0; i < 8; ++i) {
@@ -80,18 +80,18 @@ Hexahedron warped_solid(Random& random) {
 // face's diagonal of A.
 PosedSolids warped_pair(Random& random) {
   const Hexahedron a = warped_solid(random), b = warped_solid(random);
-  const Pose X_WA{random_rotation(random), comparison::random_direction(random)};
+  const Pose X_WA{random_rotation(random), measures::random_direction(random)};
   Pose X_WB{random_rotation(random), Vector3::Zero()};
   if (random.below(2) == 0) {
     const double reach = a.bounding_sphere().radius + b.bounding_sphere().radius;
     const double share = random.uniform(0.1, 1.0);
-    X_WB.p = X_WA.p + comparison::random_direction(random) * (reach * share);
+    X_WB.p = X_WA.p + measures::random_direction(random) * (reach * share);
     return {a, b, X_WA, X_WB};
   }
   const auto& loop = Hexahedron::kFaceVertices[random.below(6)];
   const Vector3 middle = a.vertices()[loop[0]] * 0.5 + a.vertices()[loop[2]] * 0.5;
   const double gap = std::ldexp(1.0, -10 - static_cast<int>(random.below(51)));
-  X_WB.p = transform(X_WA, middle) + comparison::random_direction(random) * gap;
+  X_WB.p = transform(X_WA, middle) + measures::random_direction(random) * gap;
   X_WB.p -= rotate(X_WB.R, b.vertices()[random.below(8)]);
   return {a, b, X_WA, X_WB};
 }
@@ -107,7 +107,7 @@ double any_between(Random& random, int low, int high) {
 // either layer, so that hull edges are diagonals of the side faces.
 Hexahedron sliver(Random& random) {
   for (;;) {
-    Vector3 half = comparison::uniform_vector(random, 0.2, 1);
+    Vector3 half = measures::uniform_vector(random, 0.2, 1);
     const auto thin = [&] { return any_between(random, -60, -5); };
     half.x() *= thin();
     if (random.below(2) == 0) half.y() *= thin();
@@ -134,10 +134,10 @@ Hexahedron sliver(Random& random) {
 // Anywhere, or a vertex of B near the middle of two vertices of A, or B almost A where it lies.
 PosedSolids sliver_pair(Random& random) {
   const Hexahedron a = sliver(random), other = sliver(random);
-  const Pose X_WA{random_rotation(random), comparison::random_direction(random)};
+  const Pose X_WA{random_rotation(random), measures::random_direction(random)};
   const double gap = any_between(random, -59, -2);
-  const Vector3 off = comparison::random_direction(random) * gap;
-  Pose X_WB{random_rotation(random), X_WA.p + comparison::random_direction(random) * 0.1};
+  const Vector3 off = measures::random_direction(random) * gap;
+  Pose X_WB{random_rotation(random), X_WA.p + measures::random_direction(random) * 0.1};
   const std::uint32_t placing = random.below(3);
   if (placing == 0) return {a, other, X_WA, X_WB};
   if (placing == 1) {
@@ -172,7 +172,7 @@ Hexahedron wall_block(Random& random, const Vector3& size) {
 // The neighbour of a block in a wall, grid, stack or rail of equal ones, across a face, an edge or a corner
 // or half a block aside: touching but for a gap of 0, an ulp or so, 1e-12 or 1e-9 m, or as deep.
 PosedSolids block_pair(Random& random) {
-  Vector3 size = comparison::uniform_vector(random, 0.1, 1);
+  Vector3 size = measures::uniform_vector(random, 0.1, 1);
   if (random.below(3) == 0) size[random.below(3)] *= 16.0;  // rails
   const Hexahedron block = wall_block(random, size);
   const std::uint32_t axis = random.below(3);
@@ -183,7 +183,7 @@ PosedSolids block_pair(Random& random) {
   offset[axis] = size[axis] + random.sign() * gap;
   const bool is_turned = random.below(2) == 0;
   const Matrix3 R = is_turned ? random_rotation(random) : Matrix3(Matrix3::Identity());
-  const Vector3 p = comparison::uniform_vector(random, -5, 5);
+  const Vector3 p = measures::uniform_vector(random, -5, 5);
   return {block, block, {R, p}, {R, p + rotate(R, offset)}};
 }
 
@@ -198,7 +198,7 @@ constexpr std::array<Family, 6> kOwn = {{
 
 std::vector<Family> all_families() {
   std::vector<Family> all;
-  for (const comparison::PairFamily& family : comparison::pair_families())
+  for (const measures::PairFamily& family : measures::pair_families())
     all.push_back({family.name, family.description});
   all.insert(all.end(), kOwn.begin(), kOwn.end());
   return all;
@@ -212,10 +212,10 @@ std::span<const Family> families() {
 }
 
 PosedSolids make_pair(std::size_t family, std::uint64_t seed, std::uint64_t index) {
-  const std::size_t compared = comparison::pair_families().size();
+  const std::size_t compared = measures::pair_families().size();
   if (family < compared) return compared_pair(family, seed, index);
   // Streams of the families' own numbers, from when the comparison had eleven.
-  Random random(comparison::mix_seed(seed, family - compared + 1011, index));
+  Random random(measures::mix_seed(seed, family - compared + 1011, index));
   switch (family - compared) {
     case 0:
       return scaled_pair(random, seed, index);

@@ -79,7 +79,7 @@ int run(int argc, char** argv) {
   app.add_option("SCENE", options.scenes, "NAME, NAME:TRIALS or NAME:TRIALS:HZ");
   app.add_flag("--frozen", options.shows_frozen, "list each frozen frame, too");
   app.add_option("--page", options.page, "write the figures as Markdown, too");
-  if (!comparison::parse_command_line(app, argc, argv)) return EXIT_SUCCESS;
+  if (!program::parse_command_line(app, argc, argv)) return EXIT_SUCCESS;
   return measure(options, command_of(argc, argv));
 }
 
@@ -87,5 +87,5 @@ int run(int argc, char** argv) {
 }  // namespace touchstone
 
 int main(int argc, char** argv) {
-  return touchstone::comparison::run_program("motion_progress", [&] { return touchstone::run(argc, argv); });
+  return touchstone::program::run_program("motion_progress", [&] { return touchstone::run(argc, argv); });
 }

@@ -10,7 +10,7 @@
 namespace touchstone {
 namespace {
 
-using comparison::format_count;
+using program::format_count;
 
 std::string row(const ProgressFigures& f) {
   const double frames = static_cast<double>(std::max<std::uint64_t>(f.frames, 1));
@@ -24,7 +24,7 @@ std::string row(const ProgressFigures& f) {
 }  // namespace
 
 std::string progress_page(std::span<const ProgressFigures> figures, const std::string& command) {
-  std::string out = comparison::page_head("How far motion gets", command);
+  std::string out = program::page_head("How far motion gets", command);
   out +=
       "A blocked frame is *open* where small steps, searched by other means, come nearer to the command by "
       "a\n"

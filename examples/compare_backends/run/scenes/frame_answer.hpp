@@ -1,6 +1,7 @@
 #pragma once
 
 #include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/examples/compare_backends/names.hpp"
 #include "touchstone/examples/measures/runs/backend_run.hpp"
 
 namespace touchstone::comparison {

@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "touchstone/examples/compare_backends/names.hpp"
 #include "touchstone/examples/measures/pairs/pair_set.hpp"
 #include "touchstone/examples/measures/truth/oracle.hpp"
 

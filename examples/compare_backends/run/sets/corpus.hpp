@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "touchstone/examples/compare_backends/names.hpp"
 #include "touchstone/examples/measures/pairs/pair_set.hpp"
 #include "touchstone/examples/measures/paths/path_truth.hpp"
 #include "touchstone/examples/measures/truth/oracle.hpp"

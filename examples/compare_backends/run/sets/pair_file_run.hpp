@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "touchstone/examples/compare_backends/names.hpp"
 #include "touchstone/examples/measures/runs/backend_run.hpp"
 
 namespace touchstone::comparison {

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "touchstone/examples/compare_backends/names.hpp"
 #include "touchstone/examples/compare_backends/run/shards/shard.hpp"
 #include "touchstone/examples/measures/accuracy/accuracy.hpp"
 

@@ -6,6 +6,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "touchstone/examples/compare_backends/names.hpp"
 #include "touchstone/examples/measures/runs/backend_run.hpp"
 
 // Bytes between the comparison and its worker: same build, same machine, so plain structs travel as they lie

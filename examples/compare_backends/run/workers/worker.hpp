@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "touchstone/examples/compare_backends/names.hpp"
 #include "touchstone/examples/measures/runs/backend_run.hpp"
 
 // Backends that cannot live in this process (one process holds one precision of Bullet) run in a worker
