@@ -245,6 +245,46 @@ TEST_F(StationPace, CctvPicturesThatWaitForTheirTurnComeToTheNewestFrameAll) {
   EXPECT_GT(differing[1].get<int>(), 20) << "there is a picture";
 }
 
+TEST_F(StationPace, KnowsThatSoftwareDrawsAndSmoothesNothingThere) {
+  // Chromium without a graphics card, which does not say so where it is asked for no slow context.
+  EXPECT_EQ(value("touchstoneStation.renderer.software"), true);
+  EXPECT_EQ(value("touchstoneStation.renderer.gl.getContextAttributes().antialias"), false);
+}
+
+TEST_F(StationPace, ALevelOfOtherPixelsKeepsTheCctvPicturesUntilTheirTurns) {
+  value(
+      "(() => { const {pace, station} = touchstoneStation; pace.at = 3; pace.add = () => {}; station.dirty = "
+      "true; })()");
+  ASSERT_TRUE(
+      becomes_true("touchstoneStation.renderer.detail === 0.5 && !touchstoneStation.picture.stale.size"));
+  const nlohmann::json found = value(R"((() => {
+    const {station, picture, pace, renderer} = touchstoneStation, {gl, canvas} = renderer, width = canvas.width;
+    const mean = screen => {
+      const [x, y, w, h] = renderer.place(screen.box), all = new Uint8Array(4 * w * h), sum = [0, 0, 0];
+      gl.readPixels(x, y, w, h, gl.RGBA, gl.UNSIGNED_BYTE, all);
+      all.forEach((byte, i) => { if (i % 4 < 3) sum[i % 4] += byte / (w * h); });
+      return sum;
+    };
+    const cctv = station.screens.filter(screen => !screen.main), before = cctv.map(mean);
+    let chosen = null;
+    const choose = picture.choose.bind(picture);
+    picture.choose = (...of) => chosen = choose(...of);
+    pace.at = 2;
+    picture.draw(station.frame, station.screens, picture.theme, false);
+    picture.choose = choose;
+    const gap = new Uint8Array(4), [x, y, , h] = renderer.place(cctv[0].outer);
+    gl.readPixels(x, y + h + 1, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, gap);
+    return {wider: canvas.width > width, drawn: chosen.length, main: chosen.some(screen => screen.main), waiting: picture.stale.size,
+      most: Math.max(...cctv.flatMap((screen, i) => mean(screen).map((value, k) => Math.abs(value - before[i][k])))), gap: [...gap], before};
+  })())");
+  EXPECT_EQ(found["wider"], true);
+  EXPECT_EQ(found["main"], true);
+  EXPECT_LE(found["drawn"].get<int>(), 2) << "one CCTV picture at a time";
+  EXPECT_GE(found["waiting"].get<int>(), 3);
+  EXPECT_LT(found["most"].get<double>(), 8.0) << "those that wait are blank: " << found;
+  EXPECT_TRUE(becomes_true("!touchstoneStation.picture.stale.size"));
+}
+
 TEST_F(StationPace, NothingLargeIsPaintedOverTheCanvas) {
   const nlohmann::json large = value(R"((() => {
     const whole = touchstoneStation.renderer.canvas.getBoundingClientRect(), paints = colour => !/rgba\(.*, 0\)|transparent/.test(colour);

@@ -176,10 +176,11 @@ export class Picture {
       renderer.blank = true;
     }
     renderer.detail = this.pace.pixels;
-    const blank = renderer.resize(this.size) || theme !== this.theme;
+    if (theme !== this.theme) renderer.blank = true;
     this.theme = theme;
-    if (blank) renderer.fill({left: 0, top: 0, ...this.size}, bezel[theme]);
-    const shown = this.choose(screens, blank, hasChanged);
+    // Where a level has other pixels CCTV's old pictures stay until their turns: all of them at once take as long as several pictures.
+    const fresh = renderer.resize(this.size, bezel[theme], screens.filter(screen => !screen.main && screen.box.width > 0).map(screen => screen.outer));
+    const shown = this.choose(screens, fresh === 'blank', hasChanged || fresh === 'kept');
     for (const screen of shown)
       if (!frame.methods.some(method => method.index === screen.method)) renderer.fill(screen.outer, bezel[theme]);
     // By method, so that a method's poses are uploaded once however many cameras look at it.

@@ -151,12 +151,24 @@ export function runsOf(ends, shown, most = 16) {
   return runs.length > most ? all : runs;
 }
 
+// Whether no graphics card draws. A browser says so when it is asked for no slow context, but Chromium 156 does not of SwiftShader;
+// its drivers' name does.
+function drawsBySoftware() {
+  const gl = document.createElement('canvas').getContext('webgl2', {failIfMajorPerformanceCaveat: true});
+  if (!gl) return true;
+  let name = gl.getParameter(gl.RENDERER);
+  const names = name === 'WebKit WebGL' && gl.getExtension('WEBGL_debug_renderer_info');
+  if (names) name = gl.getParameter(names.UNMASKED_RENDERER_WEBGL);
+  gl.getExtension('WEBGL_lose_context')?.loseContext();
+  return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
+}
+
 export class Renderer {
   // @throws Error where the browser has no WebGL2.
   constructor(canvas) {
     this.canvas = canvas;
     // Where drawing is by software, smoothing takes longer than all else.
-    this.software = !document.createElement('canvas').getContext('webgl2', {failIfMajorPerformanceCaveat: true});
+    this.software = drawsBySoftware();
     // Kept from picture to picture: not every screen is drawn in each.
     this.gl = canvas.getContext('webgl2', {antialias: !this.software, alpha: false, preserveDrawingBuffer: true, powerPreference: 'high-performance'});
     if (!this.gl) throw new Error('this browser has no WebGL2');
@@ -176,6 +188,7 @@ export class Renderer {
 
   prepare() {
     const gl = this.gl;
+    this.copy = null;
     this.faces = build(gl, objectShader, faceShader);
     this.edges = build(gl, objectShader, edgeShader);
     this.signs = build(gl, markShader, markColour);
@@ -274,15 +287,46 @@ export class Renderer {
     this.gl.bufferData(this.gl.ARRAY_BUFFER, data, this.gl.DYNAMIC_DRAW);
   }
 
-  // @param size {width, height} of the canvas [CSS px]. @return whether the canvas is blank: all views are to be drawn.
-  resize(size) {
+  // @param size {width, height} of the canvas [CSS px]. `kept`: rectangles whose pictures stay where the canvas gets other pixels alone;
+  // all else becomes `background`. @return 'blank': all views are to be drawn; 'kept': all but those; '': nothing has changed.
+  resize(size, background = [0, 0, 0], kept = []) {
     const ratio = Math.min(window.devicePixelRatio || 1, 2) * (this.detail || 1);
     const width = Math.max(1, Math.round(size.width * ratio)), height = Math.max(1, Math.round(size.height * ratio));
-    const blank = Boolean(this.blank) || this.canvas.width !== width || this.canvas.height !== height;
-    if (blank) Object.assign(this.canvas, {width, height});
+    const isOther = this.canvas.width !== width || this.canvas.height !== height;
+    if (!this.blank && !isOther) {
+      this.ratio = ratio;
+      return '';
+    }
+    // A card's canvas is smoothed, and nothing can be copied to it; there all views are soon drawn.
+    const keeps = !this.blank && this.software && kept.length > 0, from = keeps ? this.copyOut(kept) : [];
+    if (isOther) Object.assign(this.canvas, {width, height});
     this.ratio = ratio;
     this.blank = false;
-    return blank;
+    this.fill({left: 0, top: 0, ...size}, background);
+    if (keeps) this.copyIn(from, kept);
+    return keeps ? 'kept' : 'blank';
+  }
+
+  // What the canvas shows is copied. @return where these rectangles are in the copy.
+  copyOut(rects) {
+    const gl = this.gl;
+    this.copy ??= {texture: gl.createTexture(), frame: gl.createFramebuffer()};
+    gl.activeTexture(gl.TEXTURE0);
+    gl.bindTexture(gl.TEXTURE_2D, this.copy.texture);
+    gl.copyTexImage2D(gl.TEXTURE_2D, 0, gl.RGB, 0, 0, this.canvas.width, this.canvas.height, 0);
+    return rects.map(rect => this.place(rect));
+  }
+
+  copyIn(from, rects) {
+    const gl = this.gl;
+    gl.bindFramebuffer(gl.READ_FRAMEBUFFER, this.copy.frame);
+    gl.framebufferTexture2D(gl.READ_FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.copy.texture, 0);
+    rects.forEach((rect, i) => {
+      const [x, y, width, height] = from[i], to = this.place(rect);
+      gl.scissor(...to);
+      gl.blitFramebuffer(x, y, x + width, y + height, to[0], to[1], to[0] + to[2], to[1] + to[3], gl.COLOR_BUFFER_BIT, gl.LINEAR);
+    });
+    gl.bindFramebuffer(gl.READ_FRAMEBUFFER, null);
   }
 
   // Of `rect` {left, top, width, height} [CSS px, from the canvas's upper left corner], in the canvas's own pixels.
