@@ -105,6 +105,12 @@ TEST_F(StationPage, CountsHandToPictureInTheBrowsersClock) {
                   "l.add(200); return [l.percentile(0.5), l.percentile(0.999), l.percentile(1), l.late, "
                   "l.total]; })()"),
             nlohmann::json({50.1, 100.0, 200.0, 1, 1001}));
+  // Of many the last 100 000.
+  EXPECT_EQ(value("(() => { const l = new touchstoneStation.latency.constructor(); for (let i = 0; i < "
+                  "100010; ++i) l.add(i); "
+                  "const most = l.percentile(1); l.add(7); return [l.percentile(0), most, l.percentile(0.5), "
+                  "l.sorted.length]; })()"),
+            nlohmann::json({7.0, 100009.0, 50009.0, 100000}));
 }
 
 TEST_F(StationPage, LooksBackAndSavesWhatWasFlown) {
