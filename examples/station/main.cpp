@@ -43,7 +43,7 @@ SceneRobots robots_of(const StationOptions& options) {
 void refuse_equal_names(const std::vector<fs::path>& scripts) {
   for (auto one = scripts.begin(); one != scripts.end(); ++one)
     for (auto other = scripts.begin(); other != one; ++other)
-      if (one->stem() == other->stem())
+      if (scene_name(*one) == scene_name(*other))
         throw InputError(one->string() + ": '" + other->string() + "' is a scene of the same name");
 }
 

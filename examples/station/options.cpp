@@ -66,7 +66,7 @@ void settle_scenes(StationOptions& out) {
   if (std::filesystem::path(out.scene).extension() == ".yaml" || is_robot_file(out.scene))
     out.scripts.emplace_back(std::exchange(out.scene, ""));
   out.scripts.insert(out.scripts.end(), out.robots.files.begin(), out.robots.files.end());
-  if (out.scene.empty() && !out.scripts.empty()) out.scene = out.scripts.front().stem().string();
+  if (out.scene.empty() && !out.scripts.empty()) out.scene = scene_name(out.scripts.front());
 }
 
 }  // namespace

@@ -115,6 +115,19 @@ TEST_F(StationProgram, AFlightOfARobotReplaysToTheSameBits) {
   EXPECT_NE(replayed.out.find("are others than when it was recorded"), std::string::npos) << replayed.out;
 }
 
+TEST_F(StationProgram, ARobotWhoseNameIsNoUtf8ReplaysFromItsRecordingAlone) {
+  const std::filesystem::path robot = folder_ / "arm \xe9 \xff.urdf";
+  std::filesystem::copy_file(TOUCHSTONE_ROBOTS "/arm.urdf", robot);
+  const std::string file = (folder_ / "robot.jsonl").string();
+  const Outcome flown =
+      run("--port 0 --soak --seconds 0.3 --record " + file + " --robot '" + robot.string() + "'");
+  ASSERT_EQ(flown.code, 0) << flown.err;
+  EXPECT_NE(read(file).find("\"scene\":\"arm %e9 %ff\""), std::string::npos) << read(file).substr(0, 300);
+  const Outcome replayed = run("--replay " + file);
+  EXPECT_EQ(replayed.code, 0) << replayed.err << replayed.out;
+  EXPECT_NE(replayed.out.find("the same bits as recorded"), std::string::npos) << replayed.out;
+}
+
 TEST_F(StationProgram, TwoScenesOfOneNameAreRefused) {
   const std::filesystem::path other = folder_ / "mesh_arm.yaml";
   std::ofstream(other) << "name: never read\n";

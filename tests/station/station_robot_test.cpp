@@ -117,6 +117,41 @@ TEST(StationRobot, MeetsTheBlockAndIsHeldThere) {
   EXPECT_TRUE(blocked);
 }
 
+TEST(StationRobot, HandsFollowItsReach) {
+  StationScenes scenes = bundled({"grapple"});
+  scenes.push_back(load_station_scene(kRobot, 50.0, in_boxes()));
+  // Stretched out it reaches 1.6 m or so; the SSRMS keeps its public figures.
+  const HandScales& scales = scenes[1]->scales;
+  const double reach = 8.0 * scales.coarse;
+  EXPECT_GT(reach, 1.2);
+  EXPECT_LT(reach, 1.8);
+  EXPECT_NEAR(scales.coarse_turn, 3.14159 / 8.0, 1e-4);
+  EXPECT_NEAR(scales.vernier / scales.coarse, 0.02 / 0.37, 1e-12);
+  EXPECT_EQ(scenes[0]->scales.coarse, 0.37);
+  EXPECT_EQ(nlohmann::json::parse(scene_json(*scenes[1]))["rates"]["coarse"]["translation"], scales.coarse);
+  // It goes that fast, and no faster than its joints. Upwards nothing is in its way.
+  Session session(scenes, 1);
+  session.set({Control::Kind::frame_of_command, true, static_cast<std::uint32_t>(CommandFrame::base)});
+  HandInput input;
+  input.translation = {0.0, 0.0, 0.3};
+  for (int frame = 0; frame < 50; ++frame) session.step(input);
+  EXPECT_GT(session.flight().figures().path, 0.1 * scales.coarse);
+  EXPECT_LE(session.flight().figures().path, 0.3 * scales.coarse * (1.0 + 1e-6));
+}
+
+TEST(StationHandScales, ReachFromATenthToThirtyMetresAndAreNeverFasterThanTheSsrmss) {
+  for (const double reach : {0.1, 0.855, 2.96, 3.4, 17.6, 30.0}) {
+    const HandScales scales = hand_scales_of(reach);
+    EXPECT_EQ(scales.coarse, std::min(0.37, reach / 8.0)) << reach;
+    EXPECT_GE(scales.coarse_turn, 0.0698) << reach;
+    EXPECT_LE(scales.coarse_turn, 0.3927) << reach;
+    EXPECT_LT(scales.vernier, scales.coarse);
+    EXPECT_LT(scales.vernier_turn, scales.coarse_turn);
+  }
+  EXPECT_NEAR(hand_scales_of(0.855).coarse, 0.107, 1e-3);  // a Panda
+  EXPECT_NEAR(hand_scales_of(17.6).coarse_turn, 0.0698, 1e-12);
+}
+
 TEST(StationMeshes, ThoseWithoutRoomAreNamedAndLeftToTheirHexahedra) {
   auto large = std::make_shared<TriangleMesh>();
   large->vertices = {Vector3(0, 0, 0), Vector3(1, 0, 0), Vector3(0, 1, 0)};

@@ -19,7 +19,7 @@ function scene() {
       {name: 'elbow', object: 0, position: [-0.8, 0, 0.7], look: [1, 0, -0.3], up: [0, 0, 1], fov: 0.8},
       {name: 'bay', object: -1, position: [0.2, -3.5, 0.6], look: [0.1, 1, -0.1], up: [0, 0, 1], fov: 0.7},
       {name: 'pan-tilt', object: -1, position: [-1.5, 2.5, 1.4], look: [1, -1, -0.5], up: [0, 0, 1], fov: 0.8}],
-    tasks: [{name: 'touch', title: 'Touch the wall'}], latches: [], ...(fake.tips ? {tips: fake.tips} : {})};
+    tasks: [{name: 'touch', title: 'Touch the wall'}], latches: [], rates: {coarse: {translation: 0.37, rotation: 0.0698}, vernier: {translation: 0.02, rotation: 0.0105}, joint: 0.0698, slide: 0.0698}, ...(fake.tips ? {tips: fake.tips} : {})};
 }
 
 // `lost`: its text does not arrive.

@@ -139,6 +139,16 @@ TEST_F(StationPage, SendsWhatTheKeysAndListsCommand) {
   EXPECT_TRUE(becomes_true("touchstoneStation.station.screens.some(screen => screen.failed)"));
 }
 
+TEST_F(StationPage, SaysHowFastFullDeflectionIs) {
+  open();
+  EXPECT_EQ(text("rates"), "Full deflection: 370 mm/s, 4.0°/s");
+  browser_->press("KeyV");
+  EXPECT_TRUE(
+      becomes_true("document.getElementById('rates').textContent === 'Full deflection: 20 mm/s, 0.6°/s'"));
+  browser_->press("KeyM");
+  EXPECT_TRUE(becomes_true("document.getElementById('rates').textContent === 'Full deflection: 4.0°/s'"));
+}
+
 TEST_F(StationPage, KeysDoNotFlyWhileSomethingIsTypedOrTheWindowIsLeft) {
   open();
   value("document.getElementById('instructor').open = true; document.getElementById('fault-late').focus()");

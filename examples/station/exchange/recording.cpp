@@ -9,6 +9,7 @@
 
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/program/files/json.hpp"
+#include "touchstone/examples/station/flight/bytes.hpp"
 
 namespace touchstone::station {
 namespace {
@@ -70,14 +71,16 @@ void read_line(const json& line, const StationScenes& scenes, Recording& out) {
 std::string hash_text(std::uint64_t hash) { return fmt::format("{:016x}", hash); }
 
 std::string header_line(const Recording& recording) {
-  return program::one_line(json{{"station", 1},
-                                {"scene", recording.scene},
-                                {"rate_hz", recording.rate},
-                                {"methods", recording.methods},
-                                {"dynamics", recording.dynamics},
-                                {"script", recording.script},
-                                {"files", recording.files}}) +
-         "\n";
+  json line = {{"station", 1},
+               {"scene", recording.scene},
+               {"rate_hz", recording.rate},
+               {"methods", recording.methods},
+               {"dynamics", recording.dynamics},
+               {"script", recording.script},
+               {"files", recording.files}};
+  // What is no UTF-8 is replaced in a text, and would not be found again.
+  if (!is_utf8(recording.script)) line["script_hex"] = hex_of(recording.script);
+  return program::one_line(line) + "\n";
 }
 
 std::string input_line(const RecordedInput& input, const StationScenes& scenes) {
@@ -115,10 +118,13 @@ Recording read_header(std::istream& in, const std::string& name) {
     out.rate = line.at("rate_hz");
     out.methods = line.at("methods");
     out.dynamics = line.value("dynamics", false);
-    out.script = line.value("script", "");
+    out.script = line.contains("script_hex") ? bytes_of(line.at("script_hex").get<std::string>())
+                                             : line.value("script", "");
     out.files = line.value("files", "");
     return out;
   } catch (const json::exception& error) {
+    throw InputError(name + ":1: " + error.what());
+  } catch (const InputError& error) {
     throw InputError(name + ":1: " + error.what());
   }
 }

@@ -383,8 +383,10 @@ ControlAnswer Flight::release() {
 HandRates Flight::rates_of(const HandInput& input) const noexcept {
   HandRates rates;
   if (state_.brakes || state_.joint_mode) return rates;
-  rates.velocity = (state_.vernier ? scales_.vernier : scales_.coarse) * clamped(input.translation);
-  rates.turn = (state_.vernier ? scales_.vernier_turn : scales_.coarse_turn) * clamped(input.rotation);
+  rates.velocity =
+      (state_.vernier ? scene_->scales.vernier : scene_->scales.coarse) * clamped(input.translation);
+  rates.turn =
+      (state_.vernier ? scene_->scales.vernier_turn : scene_->scales.coarse_turn) * clamped(input.rotation);
   rates.mode = state_.frame == CommandFrame::end_effector ? HandRates::Mode::hand : HandRates::Mode::world;
   Matrix3 R = Matrix3::Identity();
   if (state_.frame == CommandFrame::base && stance().arm() != nullptr) R = stance().arm()->X_WB.R;
@@ -402,7 +404,8 @@ void Flight::drive_joint(const Arm& arm, std::span<const double> q, double joint
                          std::span<double> goals) const noexcept {
   for (const Mechanism::Joint& each : arm.mechanism->joints()) {
     if (each.value != state_.joint || joint == 0.0) continue;
-    const double step = std::min(scales_.joint, each.rate) * std::clamp(joint, -1.0, 1.0) * (1.0 / rate());
+    const double most = each.kind == JointKind::prismatic ? scene_->scales.slide : scene_->scales.joint;
+    const double step = std::min(most, each.rate) * std::clamp(joint, -1.0, 1.0) * (1.0 / rate());
     goals[each.value] = std::clamp(q[each.value] + step, each.lower, each.upper);
   }
 }

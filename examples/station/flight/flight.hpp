@@ -23,13 +23,6 @@ enum class MethodKind : std::uint8_t { unchecked, late_report, first_build, ours
 inline constexpr std::size_t kMethods = 4;
 inline constexpr std::uint32_t kAllMethods = 0xf;  ///< a bit a method
 
-/// Rates at full deflection. Public figures of the SSRMS's tip: unloaded and in assembly [m/s, rad/s].
-struct HandScales {
-  double coarse = 0.37, vernier = 0.02;
-  double coarse_turn = 0.0698, vernier_turn = 0.0105;
-  double joint = 0.0698;
-};
-
 /// One method's flight: the same hand, its own arm.
 struct Method {
   MethodKind kind;
@@ -180,7 +173,6 @@ class Flight {
   const StationScene* scene_;
   FlightState state_;
   FlightFigures figures_;
-  HandScales scales_;
   std::vector<Method> methods_;
   training::Method* ours_ = nullptr;
   training::ContactWorldMethod* world_ = nullptr;  // ours_, without dynamics

@@ -179,6 +179,13 @@ json tasks_json(const StationScene& scene) {
   return out;
 }
 
+json rates_json(const HandScales& scales) {
+  return {{"coarse", {{"translation", scales.coarse}, {"rotation", scales.coarse_turn}}},
+          {"vernier", {{"translation", scales.vernier}, {"rotation", scales.vernier_turn}}},
+          {"joint", scales.joint},
+          {"slide", scales.slide}};
+}
+
 /// The files, and the robot, that a recording was flown with.
 std::string hash_of(std::span<const std::filesystem::path> files, std::string_view bits) {
   std::string bytes;
@@ -280,6 +287,17 @@ StationScene::StationScene(std::string given_name, Script script, double rate)
   if (walks) check_start(*this);
 }
 
+std::string scene_name(const std::filesystem::path& file) {
+  const std::string stem = file.stem().string();
+  if (is_utf8(stem)) return stem;
+  std::string out;
+  for (const char byte : stem) {
+    const bool is_ascii = static_cast<unsigned char>(byte) < 0x80;
+    out += is_ascii ? std::string(1, byte) : "%" + hex_of({&byte, 1});
+  }
+  return out;
+}
+
 std::unique_ptr<const StationScene> load_station_scene(const std::filesystem::path& file, double rate,
                                                        const SceneRobots& robots) {
   SceneRobot robot;
@@ -288,7 +306,7 @@ std::unique_ptr<const StationScene> load_station_scene(const std::filesystem::pa
   // The flight has no end: room is taken for the frame that is flown.
   script.scene.frame_rate = rate;
   script.scene.duration = 2.0 / rate;
-  auto scene = std::make_unique<StationScene>(file.stem().string(), std::move(script), rate);
+  auto scene = std::make_unique<StationScene>(scene_name(file), std::move(script), rate);
   const std::filesystem::path tasks = std::filesystem::path(file).replace_extension(".tasks.json");
   scene->tasks = read_tasks(tasks, scene->setting, scene->tips);
   for (const StationTask& task : scene->tasks) check_hold(task, *scene, tasks);
@@ -296,7 +314,11 @@ std::unique_ptr<const StationScene> load_station_scene(const std::filesystem::pa
   scene->files = hash_of(std::array{robot.is_flown() && is_robot_file(file) ? std::filesystem::path() : file,
                                     scene->setting.script().scene_file, tasks},
                          robot.is_flown() ? flown_bits(*scene->arm()) : "");
-  if (robot.is_flown()) scene->view = std::min(kFarthestView, 2.0 * reach_of(scene->setting, *scene->arm()));
+  if (robot.is_flown()) {
+    const double reach = reach_of(scene->setting, *scene->arm());
+    scene->view = std::min(kFarthestView, 2.0 * reach);
+    scene->scales = hand_scales_of(reach);
+  }
   if (robots.shows_meshes) scene->meshes = place_meshes(find_meshes(file, scene->setting, robot, robots));
   return scene;
 }
@@ -313,6 +335,7 @@ std::string scene_json(const StationScene& scene) {
               {"arms", arms_json(scene)},
               {"dynamics", scene.dynamics != nullptr},
               {"hand", scene.hand_object()},
+              {"rates", rates_json(scene.scales)},
               {"view", scene.view},
               {"tips", tips_json(scene)},
               {"cameras", cameras_json(scene)},

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "touchstone/examples/station/flight/hand_scales.hpp"
 #include "touchstone/examples/station/flight/object_meshes.hpp"
 #include "touchstone/examples/station/flight/scene_robot.hpp"
 #include "touchstone/examples/station/flight/station_dynamics.hpp"
@@ -38,7 +39,7 @@ struct StationScene {
   /// mean.
   StationScene(std::string name, Script script, double rate);
 
-  std::string name;            ///< the file's
+  std::string name;            ///< scene_name() of the file
   std::filesystem::path file;  ///< it; absolute
   /// A hash of what is in it, in the scene's file and in its tasks', and of a robot of others as it is flown.
   std::string files;
@@ -52,6 +53,7 @@ struct StationScene {
   /// How far from the hand the main camera starts [m]; other cameras stand in proportion. Of a robot of
   /// others twice its reach, but no more than of our arms.
   double view = kFarthestView;
+  HandScales scales;    ///< of a robot of others by its reach
   ObjectMeshes meshes;  ///< of the robot that is flown, where its file has some
 
   /// Null: the hand flies a free object.
@@ -60,6 +62,10 @@ struct StationScene {
   /// chain.
   std::uint32_t hand_object() const { return tips[0].object; }
 };
+
+/// The file's name without its ending. Of one that is no UTF-8 the bytes beyond ASCII are written as %XX, so
+/// that pages and recordings can name the scene.
+std::string scene_name(const std::filesystem::path& file);
 
 /// Tasks come from NAME.tasks.json beside NAME.yaml, where there is one: see read_tasks().
 /// The picture's meshes come from NAME.meshes.json: see read_meshes(); and from the robot's file.

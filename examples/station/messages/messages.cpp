@@ -234,8 +234,6 @@ std::string hello_json(const StationScenes& scenes, std::size_t scene, std::uint
   json names = json::array();
   for (const auto& each : scenes)
     names.push_back({{"name", each->name}, {"title", each->setting.script().name}});
-  // The page needs this before the first frame.
-  const HandScales scales;
   return program::one_line(
       json{{"type", "hello"},
            {"version", 1},
@@ -251,10 +249,6 @@ std::string hello_json(const StationScenes& scenes, std::size_t scene, std::uint
              {{"name", "figure 2"},
               {"what", "the paper's first build: coarse and fine check of a step's end, and hold"}},
              {{"name", "ours"}, {"what", "contact world, native, slide"}}}},
-           {"rates",
-            {{"coarse", {{"translation", scales.coarse}, {"rotation", scales.coarse_turn}}},
-             {"vernier", {{"translation", scales.vernier}, {"rotation", scales.vernier_turn}}},
-             {"joint", scales.joint}}},
            {"limits", {{"clients", most_clients}, {"message_bytes", most_bytes}, {"late_us", kLate}}}});
 }
 

@@ -1,6 +1,6 @@
 // The station's text messages.
 
-import {get, element, say} from './panels.js';
+import {get, element, say, metres} from './panels.js';
 import {Timeline} from './timeline.js';
 import {parts, station, live, showsLive, troubleBriefly} from './state.js';
 import {showFailedCameras, showSelected} from './screens.js';
@@ -27,6 +27,7 @@ function takeScene(scene) {
   get('tips').hidden = tips.length < 2;
   get('fault-cameras').replaceChildren(...scene.cameras.map((camera, i) => element('label', {className: 'check'},
     element('input', {type: 'checkbox', onchange: event => parts.link.control({fault: {kind: 'camera', camera: i, on: event.target.checked}})}), ` ${camera.name} fails`)));
+  showRates(station.state);
   if (!station.looking) showLive();
   fetchMeshes(scene);
   if (live.hello?.record) openRecord();
@@ -39,6 +40,15 @@ function showHeld(held) {
     `Both ends are held: ${held.map(name).join(', ')}. N chooses one, H lets it go.`);
 }
 
+// What full deflection commands, in the mode in force.
+function showRates({mode, vernier, joint}) {
+  const rates = live.scene?.rates, degrees = rate => `${(rate * 180 / Math.PI).toFixed(1)}°/s`;
+  if (!rates) return say(get('rates'), '');
+  const {translation, rotation} = vernier ? rates.vernier : rates.coarse, driven = parts.panels.liveJoints[joint];
+  const ofJoint = driven?.kind === 'prismatic' ? `${metres(Math.min(rates.slide, driven.rate ?? Infinity))}/s` : degrees(Math.min(rates.joint, driven?.rate ?? Infinity));
+  say(get('rates'), `Full deflection: ${mode === 'joint' ? ofJoint : `${metres(translation)}/s, ${degrees(rotation)}`}`);
+}
+
 function takeState(state) {
   station.state = state;
   const press = (id, on) => get(id).setAttribute('aria-pressed', String(Boolean(on)));
@@ -48,6 +58,7 @@ function takeState(state) {
   get('frame-of-command').value = state.frame_of_command;
   get('joint').value = String(state.joint ?? 0);
   get('tip').value = String(state.tip ?? 0);
+  showRates(state);
   showHeld(state.held || []);
   get('jaws').hidden = !live.scene?.tips?.[state.tip ?? 0]?.jaws?.length;
   get('dynamics').checked = Boolean(state.dynamics);
