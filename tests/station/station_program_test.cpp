@@ -4,6 +4,7 @@
 #include <sys/socket.h>
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <array>
 #include <regex>
 
@@ -325,6 +326,41 @@ TEST_F(StationProgram, FliesTheFileThatIsGivenNotTheBundledSceneOfItsName) {
   EXPECT_EQ(outcome.code, 2);
   const std::string list = run("--list --scene " + std::string(STATION_SCENES) + "/worksite.yaml").out;
   EXPECT_EQ(list.find("worksite"), list.rfind("\nworksite") + 1) << list;
+}
+
+TEST_F(StationProgram, FliesAtTenAndAtAThousandFramesASecond) {
+  EXPECT_NE(run("--port 0 --rate 10 --seconds 0.5").out.find("frames 5, hash "), std::string::npos);
+  EXPECT_NE(run("--port 0 --rate 1000 --seconds 0.05").out.find("frames 50, hash "), std::string::npos);
+  for (const char* rate : {"9", "1001", "0", "-50", "nan"}) {
+    const Outcome outcome = run(std::string("--port 0 --seconds 0.1 --rate ") + rate);
+    EXPECT_EQ(outcome.code, 2) << rate;
+    EXPECT_NE(outcome.err.find("--rate"), std::string::npos) << outcome.err;
+  }
+}
+
+TEST_F(StationProgram, SaysThatAPortIsTakenAndWhatToDo) {
+  const int taken = socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof(address);
+  ASSERT_EQ(bind(taken, reinterpret_cast<sockaddr*>(&address), size), 0);
+  ASSERT_EQ(listen(taken, 1), 0);
+  getsockname(taken, reinterpret_cast<sockaddr*>(&address), &size);
+  const std::string port = std::to_string(ntohs(address.sin_port));
+  const Outcome outcome = run("--seconds 0.1 --port " + port);
+  close(taken);
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_EQ(outcome.err, "touchstone_station: 127.0.0.1:" + port +
+                             ": Address already in use; --port 0 takes a free one\n");
+}
+
+TEST_F(StationProgram, ABrokenSceneFileIsNamedWithItsLine) {
+  const std::string file = write("own.yaml", "name: own\nscene: {file: [\n").string();
+  const Outcome outcome = run("--port 0 --seconds 0.1 --scene " + file);
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_EQ(outcome.err.rfind("touchstone_station: " + file, 0), 0U) << outcome.err;
+  EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
 }
 
 TEST_F(StationProgram, SaysInOneLineWhatItCannotDo) {

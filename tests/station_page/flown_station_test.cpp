@@ -203,6 +203,35 @@ TEST_F(FlownStation, AnArmWalksByThePagesKeys) {
   EXPECT_EQ(value("touchstoneStation.station.frame.methods[3].merged"), 0);
 }
 
+TEST_F(FlownStation, APageThatIsClosedLetsGoAndOpenedAgainFliesOn) {
+  const RunningStation station("grapple");
+  ASSERT_NE(station.address(), "");
+  const std::string joints = "touchstoneStation.station.frame.joints.map(joint => joint.actual)";
+  browser_->open(station.address() + "?fly");
+  ASSERT_TRUE(becomes_true("touchstoneStation.station.drawn > 0"));
+  const nlohmann::json before = value(joints);
+  browser_->press("KeyS");
+  ASSERT_TRUE(becomes_true("String(" + joints + ") !== '" +
+                           value("String(" + joints + ")").get<std::string>() + "'"));
+  // Closed with the key held down.
+  browser_->open("about:blank");
+  browser_->wait(1.0);
+  browser_->press("KeyS", false);
+  browser_->open(station.address());
+  ASSERT_TRUE(becomes_true("window.touchstoneStation && touchstoneStation.station.drawn > 0"));
+  EXPECT_EQ(value("document.getElementById('help').open"), false) << "known from before";
+  const nlohmann::json stands = value(joints);
+  EXPECT_NE(stands, before) << "where it was left, not at the start";
+  const int frame = value("touchstoneStation.station.frame.frame");
+  ASSERT_TRUE(becomes_true("touchstoneStation.station.frame.frame > " + std::to_string(frame + 20)));
+  EXPECT_EQ(value(joints), stands) << "nobody holds a hand";
+  browser_->press("KeyS");
+  EXPECT_TRUE(becomes_true("String(" + joints + ") !== '" +
+                           value("String(" + joints + ")").get<std::string>() + "'"));
+  EXPECT_TRUE(becomes_true("document.getElementById('pilot').textContent === 'you fly'"));
+  browser_->press("KeyS", false);
+}
+
 TEST_F(FlownStation, ASweepingHandIsTimedFromHandToPicture) {
   const RunningStation station("grapple");
   ASSERT_NE(station.address(), "");

@@ -63,6 +63,24 @@ TEST_F(StationPage, IsReadableOnADesktopInEachCue) {
   EXPECT_THAT(value("seen.nameless()"), IsEmpty());
 }
 
+TEST_F(StationPage, FollowsAWindowThatIsResizedInFlight) {
+  open();
+  browser_->press("KeyW");
+  for (const auto& [width, height] : {std::pair{700, 900}, {1400, 640}, {390, 700}, {1024, 600}}) {
+    browser_->set_window(width, height);
+    // The canvas has the pixels of its place, and each screen's picture is drawn where its frame stands.
+    EXPECT_TRUE(becomes_true(R"((() => {
+      const {renderer: {canvas, ratio}, station} = touchstoneStation, whole = canvas.getBoundingClientRect();
+      return Math.abs(canvas.width - whole.width * ratio) <= 1 && Math.abs(canvas.height - whole.height * ratio) <= 1 &&
+        station.screens.every(screen => Math.abs(screen.element.getBoundingClientRect().left - whole.left - screen.outer.left) < 1 &&
+          Math.abs(screen.element.getBoundingClientRect().width - screen.outer.width) < 1);
+    })())"))
+        << width;
+    EXPECT_LE(value("document.documentElement.scrollWidth").get<int>(), width);
+  }
+  browser_->press("KeyW", false);
+}
+
 TEST_F(StationPage, StandsStillForWhomMotionDisturbs) {
   browser_->set_media({{{"name", "prefers-reduced-motion"}, {"value", "reduce"}}});
   open();

@@ -283,7 +283,9 @@ void Server::State::listen() {
   if (!error) acceptor.set_option(asio::socket_base::reuse_address(true), error);
   if (!error) acceptor.bind(endpoint, error);
   if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
-  if (error) throw InputError(settings.bind + ":" + std::to_string(settings.port) + ": " + error.message());
+  if (error)
+    throw InputError(settings.bind + ":" + std::to_string(settings.port) + ": " + error.message() +
+                     (error == asio::error::address_in_use ? "; --port 0 takes a free one" : ""));
   if (settings.udp_port == 0) return;
   const udp::endpoint datagrams(address, settings.udp_port);
   udp_socket.open(datagrams.protocol(), error);
