@@ -220,6 +220,29 @@ TEST_F(StationPace, CctvPicturesThatWaitHaveTheirTurnsWhereNothingChanges) {
   EXPECT_GE(value("window.turns"), value("3 * levels.at(-1).every"));
 }
 
+TEST_F(StationPace, ACctvPictureThatWaitsHoldsUpNoFrame) {
+  // A drawing does not end; without a new frame nothing more is ordered, though CCTV waits.
+  value(R"((() => {
+    const {renderer, station, picture, pace} = touchstoneStation;
+    pace.add = () => {};
+    pace.at = 2;
+    fake.dead = true;
+    window.ready = () => !touchstoneStation.link.newest && !station.pending.length && !picture.stale.size && !station.dirty;
+  })())");
+  ASSERT_TRUE(becomes_true("window.ready()"));
+  value(R"((() => {
+    const {renderer, station, picture} = touchstoneStation;
+    renderer.hasFinished = mark => !mark;
+    station.pending.push({frame: null, begun: performance.now(), mark: renderer.mark()});
+    station.screens.filter(screen => !screen.main).forEach(screen => picture.stale.add(screen));
+    window.from = station.drawn;
+  })())");
+  browser_->wait(0.4);
+  EXPECT_EQ(value("touchstoneStation.station.drawn - window.from"), 0);
+  value("touchstoneStation.renderer.hasFinished = () => true");
+  EXPECT_TRUE(becomes_true("touchstoneStation.picture.stale.size === 0"));
+}
+
 TEST_F(StationPace, CctvPicturesThatWaitForTheirTurnComeToTheNewestFrameAll) {
   // Levels change by no measure of this machine's.
   value("(() => { const {pace} = touchstoneStation; pace.at = 4; pace.add = () => {}; })()");

@@ -79,9 +79,11 @@ function showFrame(frame, now) {
   station.drawnAt = station.shownAt = now;
 }
 
-// Without a new live frame: what is looked back at, a camera that was turned, CCTV that waits.
+// Without a new live frame: what is looked back at, a camera that was turned, CCTV that waits until nothing else is being drawn, as
+// the next frame would wait for it.
 function drawAgain(now) {
   const hasChanged = Boolean(station.dirty);
+  if (!hasChanged && station.pending.length) return;
   if (hasChanged) aim(station.frame);
   const mark = draw(station.frame, now, hasChanged);
   if (mark) station.pending.push({frame: null, begun: now, mark});
