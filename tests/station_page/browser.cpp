@@ -119,9 +119,9 @@ void Browser::run_before_pages(const std::string& script) {
   call("Page.addScriptToEvaluateOnNewDocument", {{"source", script}});
 }
 
-void Browser::set_window(int width, int height, bool is_phone) {
+void Browser::set_window(int width, int height, bool is_phone, double pixels) {
   call("Emulation.setDeviceMetricsOverride",
-       {{"width", width}, {"height", height}, {"deviceScaleFactor", 1}, {"mobile", is_phone}});
+       {{"width", width}, {"height", height}, {"deviceScaleFactor", pixels}, {"mobile", is_phone}});
 }
 
 void Browser::set_media(const json& features) {
@@ -172,9 +172,14 @@ void Browser::wait(double seconds) {
   }
 }
 
-void Browser::save_picture(const std::filesystem::path& file) {
+void Browser::save_picture(const std::filesystem::path& file, double scale) {
+  json asked = {{"format", "png"}};
+  if (scale != 1.0) {
+    const json size = evaluate("[innerWidth, innerHeight]");
+    asked["clip"] = {{"x", 0}, {"y", 0}, {"width", size[0]}, {"height", size[1]}, {"scale", scale}};
+  }
   std::ofstream(file, std::ios::binary)
-      << from_base64(call("Page.captureScreenshot", {{"format", "png"}})["data"].get<std::string>());
+      << from_base64(call("Page.captureScreenshot", asked)["data"].get<std::string>());
 }
 
 double Browser::processor_seconds() const {

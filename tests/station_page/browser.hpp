@@ -30,7 +30,8 @@ class Browser {
   void serve(const std::string& origin, const std::filesystem::path& folder);
   /// Runs `script` before the scripts of every page opened from now on.
   void run_before_pages(const std::string& script);
-  void set_window(int width, int height, bool is_phone = false);
+  /// In CSS pixels, each of `pixels` of the screen's, each way.
+  void set_window(int width, int height, bool is_phone = false, double pixels = 1.0);
   /// E.g. prefers-color-scheme, dark.
   void set_media(const nlohmann::json& features);
   void open(const std::string& address);
@@ -44,7 +45,8 @@ class Browser {
   void press(const std::string& code, bool is_down = true);
   void click(double x, double y);
   void wait(double seconds);
-  void save_picture(const std::filesystem::path& file);
+  /// @param scale of the window's pixels, below 1: smaller, and smoothed.
+  void save_picture(const std::filesystem::path& file, double scale = 1.0);
   /// Processor time of all of Chromium's processes so far [s]: says on a busy machine too what drawing takes.
   double processor_seconds() const;
 

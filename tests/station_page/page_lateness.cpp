@@ -1,0 +1,90 @@
+// How late pictures come after the hand, and what was going on where one came late: the real station and its
+// page in Chromium on this machine, whose own hand sweeps. No test: a figure of this machine, which shall
+// have no other work. station_page_lateness [SECONDS [PAGE]]
+#include <cstdio>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "touchstone/tests/station_page/browser.hpp"
+#include "touchstone/tests/station_page/running_station.hpp"
+
+namespace {
+
+using touchstone::Browser;
+using touchstone::station::RunningStation;
+
+// By kind, [ms since now, figures]: hand to picture and level; what a picture took; a turn of the page that
+// was long; a level left; a picture of all screens. Of the last second and a half alone.
+constexpr const char* kWatch = R"js((() => {
+  const {latency, pace, picture} = touchstoneStation, log = [], from = performance.now();
+  window.late = [];
+  const note = (kind, ...of) => {
+    log.push([performance.now(), kind, ...of]);
+    while (log[0][0] < performance.now() - 1500) log.shift();
+  };
+  const after = (owner, name, tell) => {
+    const was = owner[name].bind(owner);
+    owner[name] = (...of) => { tell(...of); return was(...of); };
+  };
+  after(latency, 'add', ms => {
+    note('drawn', ms);
+    if (ms <= latency.limit) return;
+    const now = performance.now();
+    window.late.push([(now - from) / 1000, ms, pace.at, log.filter(one => one[0] > now - ms - 50)
+      .map(([at, kind, ...of]) => `${kind} ${of.map(value => Number(value).toFixed(0))} at ${(at - now).toFixed(0)}`).join('; ')]);
+  });
+  after(pace, 'add', took => note('picture', took));
+  after(pace, 'lower', by => note('less', by));
+  after(pace, 'raise', () => note('more'));
+  after(picture, 'choose', (screens, all) => { if (all) note('all screens', screens.length); });
+  let last = null;
+  after(pace, 'turned', now => { if (last !== null && now - last > 40) note('long turn', now - last); last = now; });
+})())js";
+
+void measure(double seconds, const std::vector<std::string>& options, const std::filesystem::path& profile) {
+  const RunningStation station("worksite", options);
+  Browser browser(profile);
+  browser.set_window(1440, 900);
+  browser.open(station.address() + "?fly&sweep");
+  if (!browser.becomes_true("touchstoneStation.station.drawn > 0"))
+    throw std::runtime_error("no picture was drawn");
+  browser.evaluate(kWatch);
+  browser.wait(seconds);
+  const nlohmann::json found = browser.evaluate(
+      "(async () => { const {latency, pace} = touchstoneStation, {deadline} = await (await "
+      "fetch('/latency.json')).json(); return "
+      "{total: latency.total, late: latency.late, worst: latency.worst, median: latency.percentile(0.5), "
+      "most: "
+      "latency.percentile(0.999), says: pace.says() || 'drawn in full', missed: deadline.missed, steps: "
+      "deadline.steps, all: "
+      "window.late}; })()");
+  std::printf("hand to picture: median %.0f, 99.9 %% %.0f, worst %.0f ms; later than 150 ms %d of %d\n",
+              found["median"].get<double>(), found["most"].get<double>(), found["worst"].get<double>(),
+              found["late"].get<int>(), found["total"].get<int>());
+  std::printf("deadlines missed %d of %d; %s\n", found["missed"].get<int>(), found["steps"].get<int>(),
+              found["says"].get<std::string>().c_str());
+  for (const nlohmann::json& one : found["all"])
+    std::printf("at %.1f s, %.0f ms, level %d: %s\n", one[0].get<double>(), one[1].get<double>(),
+                one[2].get<int>(), one[3].get<std::string>().c_str());
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (Browser::program().empty()) {
+    std::puts("no Chromium (Debian: chromium-headless-shell)");
+    return 1;
+  }
+  std::string name = (std::filesystem::temp_directory_path() / "station_page_lateness.XXXXXX").string();
+  const std::filesystem::path profile = mkdtemp(name.data());
+  std::vector<std::string> options;
+  if (argc > 2) options = {"--page", argv[2]};
+  try {
+    measure(argc > 1 ? std::stod(argv[1]) : 60.0, options, profile);
+  } catch (const std::exception& error) {
+    std::puts(error.what());
+  }
+  std::filesystem::remove_all(profile);
+  return 0;
+}
