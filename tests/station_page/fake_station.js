@@ -95,13 +95,13 @@ class FakeSocket extends EventTarget {
   }
   encode(begun, limit, blocked) {
     const n = shapes.length + fake.solids, near = limit - this.x[3] < 0.25 ? 1 : 0;
-    const bytes = 128 + 4 * 64 + 5 * 32 * n + 2 * 16 + near * 64 + 2 * 48, view = new DataView(new ArrayBuffer(bytes));
+    const bytes = 128 + 4 * 64 + 5 * 32 * n + 2 * 16 + near * 64 + (fake.far ? 0 : 2 * 48), view = new DataView(new ArrayBuffer(bytes));
     const f32 = (at, ...values) => values.forEach((value, i) => view.setFloat32(at + 4 * i, value, true));
     view.setUint32(0, 0x31465354, true); view.setUint16(4, 1, true); view.setUint16(6, 128, true);
     view.setBigUint64(8, BigInt(this.frame), true);
     [this.frame / fake.rate, this.input.stamp, this.receivedAt ?? NaN, begun, this.clock(), this.clock()].forEach((value, i) => view.setFloat64(16 + 8 * i, value, true));
     view.setUint32(64, 1, true); view.setUint32(68, this.input.number, true); view.setUint32(72, n, true);
-    view.setUint16(76, 4, true); view.setUint16(78, 2, true); view.setUint32(80, near, true); view.setUint32(84, 2, true);
+    view.setUint16(76, 4, true); view.setUint16(78, 2, true); view.setUint32(80, near, true); view.setUint32(84, fake.far ? 0 : 2, true);
     const touching = this.x[3] >= limit;
     view.setUint32(104, (this.state.brakes ? 1 : 0) | (this.state.vernier ? 2 : 0) | (blocked ? 256 : 0) | (touching ? 512 : 0), true);
     view.setUint32(108, bytes, true); view.setUint32(112, fake.serial, true);
@@ -133,7 +133,7 @@ class FakeSocket extends EventTarget {
       f32(at + 12, limit - this.x[3], this.x[3] + half, 0, 0, 1, 0, 0, blocked ? 120 : 0, 0, 0);
       at += 64;
     }
-    for (const [b, point, separation] of [[2, [fake.wall - 0.15, 0, 0], limit - this.x[3]], [3, [0, -0.7, -0.5], 0.8]]) {
+    for (const [b, point, separation] of fake.far ? [] : [[2, [fake.wall - 0.15, 0, 0], limit - this.x[3]], [3, [0, -0.7, -0.5], 0.8]]) {
       view.setUint32(at, 1, true); view.setUint32(at + 4, b, true); view.setFloat64(at + 8, separation, true);
       f32(at + 16, this.x[3] + half, 0, 0, ...point);
       at += 48;

@@ -111,6 +111,16 @@ TEST_F(StationPage, FliesToTheNearestThingByItselfUntilAHandTakesOver) {
   EXPECT_TRUE(becomes_true("seen.inputs().at(-1).translation.every(axis => axis === 0)"));
 }
 
+TEST_F(StationPage, SaysThatNothingIsNearEnoughToFlyTo) {
+  open("{far: true}");
+  ASSERT_EQ(value("touchstoneStation.station.frame.distances.length"), 0);
+  browser_->press("KeyY");
+  EXPECT_TRUE(
+      becomes_true("document.getElementById('trouble').textContent.startsWith('Nothing is within 2 m')"));
+  EXPECT_EQ(value("touchstoneStation.station.assisting"), false);
+  EXPECT_EQ(value("document.getElementById('assist').getAttribute('aria-pressed')"), "false");
+}
+
 TEST_F(StationPage, SendsWhatTheKeysAndListsCommand) {
   open();
   const std::pair<const char*, const char*> keys[] = {{"Space", "brakes===true"},

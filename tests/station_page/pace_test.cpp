@@ -268,6 +268,27 @@ TEST_F(StationPace, CctvPicturesThatWaitForTheirTurnComeToTheNewestFrameAll) {
   EXPECT_GT(differing[1].get<int>(), 20) << "there is a picture";
 }
 
+TEST_F(StationPace, LinesAreWholeHoweverFewPixelsThereAre) {
+  value(
+      "(() => { const {pace, station} = touchstoneStation; pace.at = levels.length - 1; pace.add = () => {}; "
+      "station.dirty = true; })()");
+  ASSERT_TRUE(becomes_true("touchstoneStation.renderer.detail === 0.25"));
+  // Along a line across the first screen each pixel's column has one of the line's colour.
+  const nlohmann::json covered = value(R"((() => {
+    const {station, picture, renderer} = touchstoneStation, {gl} = renderer, screen = station.screens[0];
+    picture.draw(station.frame, station.screens, picture.theme);
+    renderer.openView(screen.box, {position: [0, 0, 0], rotation: [0, 0, 0, 1], fov: 1}, [0, 0, 0]);
+    renderer.setMarks([{from: [-1, -0.13, -2], to: [1, 0.11, -2], width: 1, colour: [1, 1, 1, 1]}]);
+    renderer.drawMarks();
+    const [x, y, w, h] = renderer.place(screen.box), all = new Uint8Array(4 * w * h);
+    gl.readPixels(x, y, w, h, gl.RGBA, gl.UNSIGNED_BYTE, all);
+    const columns = Array.from({length: w}, (_, i) => Array.from({length: h}, (_, k) => all[4 * (k * w + i)]).some(Boolean));
+    return [columns.lastIndexOf(true) - columns.indexOf(true) + 1, columns.filter(Boolean).length];
+  })())");
+  EXPECT_EQ(covered[0], covered[1]);
+  EXPECT_GT(covered[0].get<int>(), 20);
+}
+
 TEST_F(StationPace, KnowsThatSoftwareDrawsAndSmoothesNothingThere) {
   // Chromium without a graphics card, which does not say so where it is asked for no slow context.
   EXPECT_EQ(value("touchstoneStation.renderer.software"), true);

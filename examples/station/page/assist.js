@@ -2,9 +2,8 @@
 
 import {get} from './panels.js';
 import {turn, conjugate, subtract, unit} from './algebra.js';
-import {parts, station} from './state.js';
+import {parts, station, troubleBriefly} from './state.js';
 
-// The arm flies itself to what is nearest, and pushes on: for who wants to see before flying. Any key of the hand ends it.
 export function setAssist(on) {
   station.assisting = on;
   if (on) {
@@ -26,6 +25,10 @@ export function steerAssist() {
   const nearest = frame.distances[0];
   // In contact the two points are one, and single precision says little of closer ones: the last direction goes on.
   if (nearest && nearest.separation > 0.002) station.assistDirection = unit(subtract(nearest.pointOnB, nearest.pointOnA));
+  if (!station.assistDirection.some(Boolean)) {  // nothing is near, nor has been
+    troubleBriefly('Nothing is within 2 m of the hand: fly nearer first.');
+    return setAssist(false);
+  }
   parts.hand.assist = turn(conjugate(base), station.assistDirection);
 }
 

@@ -188,7 +188,7 @@ export class Panels {
     }), 'fly freely');
     // A debrief has the path's points in place of its length.
     const path = Array.isArray(score.path) ? score.path.slice(1).reduce((sum, point, i) => sum + length(subtract(point.slice(1, 4), score.path[i].slice(1, 4))), 0) : score.path;
-    say(get('score'), `${(score.elapsed ?? 0).toFixed(0)} s, ${score.contacts ?? 0} contacts, cues for ${(score.cue_seconds ?? 0).toFixed(1)} s, ` +
+    say(get('score'), `${(score.elapsed ?? 0).toFixed(0)} s, ${score.contacts ?? 0} contact${score.contacts === 1 ? '' : 's'}, cues for ${(score.cue_seconds ?? 0).toFixed(1)} s, ` +
       // null: this station knows no forces.
       `${score.largest_force === null ? '' : `largest force ${(score.largest_force ?? 0).toFixed(0)} N, `}path ${(path ?? 0).toFixed(2)} m`);
   }

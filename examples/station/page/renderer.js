@@ -56,11 +56,13 @@ flat in vec4 colour;
 out vec4 shown;
 void main() { shown = vec4(colour.rgb * 0.45, alpha); }`;
 
-// A mark is a quad: along a line between two points, or around a point where both are one. Sizes in pixels.
+// A mark is a quad: along a line between two points, or around a point where both are one. Sizes in pixels, half of them; of at least
+// `least`, since what is thinner than the canvas's own pixels falls between them.
 const markShader = `#version 300 es
 precision highp float;
 uniform mat4 view, projection;
 uniform vec2 pixels;
+uniform float least;
 in vec3 from;
 in vec3 to;
 in vec2 corner;
@@ -79,7 +81,7 @@ void main() {
   vec2 along = point || length(way) < 1e-4 ? vec2(1.0, 0.0) : normalize(way);
   vec2 across = vec2(-along.y, along.x);
   vec4 c = corner.x < 0.0 ? a : b;
-  vec2 offset = (across * corner.y + (point ? along * corner.x : vec2(0.0))) * width / pixels;
+  vec2 offset = (across * corner.y + (point ? along * corner.x : vec2(0.0))) * max(width, least) / pixels;
   gl_Position = c + vec4(offset * c.w, 0.0, 0.0);
   colour = tint;
   at = vec3(corner, point ? 1.0 : 0.0);
@@ -440,6 +442,7 @@ export class Renderer {
     gl.enable(gl.BLEND);
     this.use(this.signs);
     gl.uniform2fv(this.signs.uniforms.pixels, this.pixels);
+    gl.uniform1f(this.signs.uniforms.least, 0.75 / this.ratio);
     gl.bindVertexArray(this.markArray);
     gl.drawArrays(gl.TRIANGLES, 0, this.markCount);
     gl.disable(gl.BLEND);
