@@ -17,18 +17,22 @@ class RecordList {
   }
   template <class... Args>
   void emplace_back(Args&&... args) {
-    if (chunks_.empty() || chunks_.back().size() == kChunk) {
-      std::vector<Record> chunk;  // has its room before it is one of them
-      chunk.reserve(kChunk);
-      chunks_.push_back(std::move(chunk));
-    }
+    make_room();
+    if (chunks_.empty() || chunks_.back().size() == kChunk) chunks_.push_back(std::exchange(spare_, {}));
     chunks_.back().emplace_back(std::forward<Args>(args)...);
+  }
+  /// For one more record: the next emplace_back() allocates nothing but what the record itself does.
+  void make_room() {
+    if (!chunks_.empty() && chunks_.back().size() < kChunk) return;
+    if (chunks_.size() == chunks_.capacity()) chunks_.reserve(2 * chunks_.size() + 1);
+    spare_.reserve(kChunk);
   }
   Record& operator[](std::size_t i) { return chunks_[i / kChunk][i % kChunk]; }
   const Record& operator[](std::size_t i) const { return chunks_[i / kChunk][i % kChunk]; }
 
  private:
   std::vector<std::vector<Record>> chunks_;
+  std::vector<Record> spare_;  // the next chunk, or none
 };
 
 }  // namespace touchstone

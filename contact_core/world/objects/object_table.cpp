@@ -42,20 +42,43 @@ std::shared_ptr<const ObjectLevels> levels_of(const ObjectDescription& object) {
 
 }  // namespace
 
-/// Of those whose places for solids fit this object; else a new one.
-std::uint32_t ObjectTable::free_slot(const ObjectRecord& object) {
+/// One whose places for solids fit this object; else the next one.
+std::uint32_t ObjectTable::slot_for(const ObjectRecord& object) const {
   const auto fitting = free_slots_.find(places_of(object));
-  if (fitting != free_slots_.end()) {
-    const std::uint32_t slot = *fitting->second.begin();
-    fitting->second.erase(fitting->second.begin());
-    if (fitting->second.empty()) free_slots_.erase(fitting);
-    return slot;
-  }
-  // The record comes last: where memory ends no slot stays without its object.
-  const std::size_t slots = records_.size() + 1;
+  return fitting == free_slots_.end() ? size() : *fitting->second.begin();
+}
+
+/// In all lists, for an object that is to be put there: put() then needs no more memory.
+void ObjectTable::make_room_for(const ObjectRecord& object, std::uint32_t slot) {
+  for (std::uint64_t left = object.groups; left != 0; left &= left - 1)
+    make_room_in_group(static_cast<std::uint32_t>(std::countr_zero(left)));
+  std::vector<std::uint32_t>& replaced = changes_.replaced;
+  if (replaced.size() == replaced.capacity()) replaced.reserve(2 * replaced.size() + 16);
+  if (slot < size()) return;
+  const std::size_t slots = std::size_t{slot} + 1;
   resize_more(X_BO_, slots), resize_more(X_CO_, slots), resize_more(is_noted_, slots);
-  records_.emplace_back();
-  return size() - 1;
+  records_.make_room();
+}
+
+/// @pre make_room_for().
+ObjectHandle ObjectTable::put(ObjectRecord&& object, std::uint32_t slot) noexcept {
+  if (slot == size()) {
+    records_.emplace_back();
+  } else {
+    const auto fitting = free_slots_.find(places_of(object));
+    fitting->second.erase(slot);
+    if (fitting->second.empty()) free_slots_.erase(fitting);
+  }
+  ObjectRecord& record = records_[slot];
+  const std::uint32_t generation = record.generation + 1;
+  record = std::move(object);
+  record.generation = generation;
+  record.body = record.root = slot;
+  X_BO_[slot] = X_CO_[slot] = {};
+  for (std::uint64_t left = record.groups; left != 0; left &= left - 1)
+    group_members_[std::countr_zero(left)].push_back(handle(slot));
+  note(changes_.replaced, slot, kReplaced);
+  return {slot, generation};
 }
 
 ObjectHandle ObjectTable::add(ObjectDescription description) {
@@ -65,23 +88,22 @@ ObjectHandle ObjectTable::add(ObjectDescription description) {
   if (slot_of_name_.contains(name)) throw InputError("object '" + name + "': the name is taken");
   ObjectRecord added;
   added.levels = levels_of(description);
-  for (const std::uint32_t group : groups(description.groups)) added.groups |= std::uint64_t{1} << group;
-
   added.alive = true;
   added.X_WO = added.commanded = description.X_WO;
-  added.description = std::move(description);
   added.carrier = kNoIndex;
-  const std::uint32_t slot = free_slot(added);
-  ObjectRecord& record = records_[slot];
-  const std::uint32_t generation = record.generation + 1;
-  record = std::move(added);
-  record.generation = generation;
-  record.body = record.root = slot;
-  X_BO_[slot] = X_CO_[slot] = {};
-  slot_of_name_.emplace(record.name(), slot);
-  join_groups(slot);
-  note(changes_.replaced, slot, kReplaced);
-  return {slot, generation};
+  // Where memory ends, new groups go again; once the name is taken up nothing needs more.
+  const std::size_t known_groups = group_names_.size();
+  try {
+    for (const std::uint32_t group : groups(description.groups)) added.groups |= std::uint64_t{1} << group;
+    added.description = std::move(description);
+    const std::uint32_t slot = slot_for(added);
+    make_room_for(added, slot);
+    slot_of_name_.emplace(added.name(), slot);
+    return put(std::move(added), slot);
+  } catch (...) {
+    forget_groups_from(known_groups);
+    throw;
+  }
 }
 
 void ObjectTable::note(std::vector<std::uint32_t>& slots, std::uint32_t slot, std::uint8_t flag) {
@@ -103,16 +125,12 @@ void ObjectTable::forget_changes() {
   changes_.all = false;
 }
 
-/// Where a group's list is full, those that are gone leave it first.
-void ObjectTable::join_groups(std::uint32_t slot) {
-  for (std::uint64_t left = records_[slot].groups; left != 0; left &= left - 1) {
-    std::vector<ObjectHandle>& members = group_members_[std::countr_zero(left)];
-    if (members.size() == members.capacity()) {
-      std::erase_if(members, [&](const ObjectHandle& member) { return !is_alive(member); });
-      if (2 * members.size() > members.capacity()) members.reserve(2 * members.capacity() + 16);
-    }
-    members.push_back(handle(slot));
-  }
+/// For one more member: where its list is full, those that are gone leave it first.
+void ObjectTable::make_room_in_group(std::uint32_t group) {
+  std::vector<ObjectHandle>& members = group_members_[group];
+  if (members.size() < members.capacity()) return;
+  std::erase_if(members, [&](const ObjectHandle& member) { return !is_alive(member); });
+  if (2 * members.size() >= members.capacity()) members.reserve(2 * members.capacity() + 16);
 }
 
 void ObjectTable::check_removable(ObjectHandle object) const {
@@ -299,6 +317,7 @@ std::uint32_t ObjectTable::group(std::string_view name) {
   if (const auto known = find_group(name)) return *known;
   const GroupName checked(name);  // one that could not be selected is no group
   if (group_names_.size() == kMostGroups) throw InputError("contact world: more than 64 groups");
+  group_members_.reserve(kMostGroups);  // so that a name comes with its list
   group_names_.emplace_back(checked.text());
   group_members_.emplace_back();
   return static_cast<std::uint32_t>(group_names_.size() - 1);
@@ -309,11 +328,15 @@ std::vector<std::uint32_t> ObjectTable::groups(std::span<const std::string> name
   std::vector<std::uint32_t> out;
   try {
     for (const std::string& name : names) out.push_back(group(name));
-  } catch (const InputError&) {
-    group_names_.resize(known), group_members_.resize(known);
+  } catch (...) {
+    forget_groups_from(known);
     throw;
   }
   return out;
+}
+
+void ObjectTable::forget_groups_from(std::size_t first) noexcept {
+  group_names_.resize(first), group_members_.resize(first);
 }
 
 std::pair<std::uint32_t, std::uint32_t> ObjectTable::groups_of(std::string_view first,

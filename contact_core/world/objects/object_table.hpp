@@ -73,12 +73,14 @@ struct TableChanges {
 /// The objects by slot, their groups, exemptions and latches (the paper's Object_manager).
 class ObjectTable {
  public:
+  /// Whatever it throws, also where memory ends, changes nothing.
   ObjectHandle add(ObjectDescription description);
   void remove(ObjectHandle object);
   void exempt(const Exemption& pair);
   void unexempt(const Exemption& pair);
   void latch(ObjectHandle carrier, ObjectHandle carried, std::span<const Exemption> allowed);
   void unlatch(ObjectHandle carried);
+  /// All stand where they stood first, and no latch is left.
   void reset();
 
   const TableChanges& changes() const { return changes_; }
@@ -121,8 +123,11 @@ class ObjectTable {
   void note(const SolidExemption& exemption, bool is_on);
   bool add_exemption(const SolidExemption& exemption);
   void drop_exemption(const SolidExemption& exemption);
-  void join_groups(std::uint32_t slot);
-  std::uint32_t free_slot(const ObjectRecord& object);
+  void make_room_in_group(std::uint32_t group);
+  void forget_groups_from(std::size_t first) noexcept;
+  std::uint32_t slot_for(const ObjectRecord& object) const;
+  void make_room_for(const ObjectRecord& object, std::uint32_t slot);
+  ObjectHandle put(ObjectRecord&& object, std::uint32_t slot) noexcept;
   std::uint32_t group(std::string_view name);
   void check_latch(std::uint32_t carrier, std::uint32_t carried) const;
   void unlink(std::uint32_t carried);

@@ -4,6 +4,7 @@
 #include <new>
 
 #include "touchstone/contact_core/broadphase/register_broadphases.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/contact_core/world/pairs/pair_rules.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
@@ -223,23 +224,50 @@ TEST(WorldChanges, PoliciesAllocateNothing) {
   EXPECT_EQ(allocation_count(), before);
 }
 
-// Wherever memory ends while an object is added: no slot stays without one.
-TEST(ObjectTable, HasWholeObjectsWhereMemoryEnds) {
+/// A table of one object, beside another's slot if that is to be used again.
+struct SmallTable {
+  ObjectTable objects;
+
+  explicit SmallTable(bool has_free_slot) {
+    objects.add({box_tree("first", {1, 1, 1}), at(0, 0, 0), false, {"old"}});
+    if (has_free_slot) objects.remove(objects.add({box_tree("gone", {1, 1, 1}), at(2, 0, 0)}));
+    objects.forget_changes();
+  }
+};
+
+void expect_nothing_was_added(const SmallTable& table, const SmallTable& before, std::size_t after) {
+  const ObjectTable& objects = table.objects;
+  ASSERT_EQ(objects.size(), before.objects.size()) << after;
+  EXPECT_THROW(objects.find("box"), InputError) << after;
+  EXPECT_FALSE(objects.find_group("new")) << after;
+  EXPECT_EQ(objects.members_of_group(0).size(), 1u) << after;
+  EXPECT_TRUE(objects.changes().empty()) << after;
+  for (std::uint32_t slot = 1; slot < objects.size(); ++slot) EXPECT_FALSE(objects[slot].alive) << after;
+  EXPECT_EQ(make_layout(objects).slots(), objects.size());
+}
+
+// Wherever memory ends while an object is added: it is there, or nothing of it is.
+TEST(ObjectTable, AddsAWholeObjectOrNothingWhereMemoryEnds) {
   const auto tree = box_tree("box", {1, 1, 1});
-  bool is_added = false;
-  for (std::size_t after = 0; !is_added; ++after) {
-    ASSERT_LT(after, 100u);
-    ObjectTable objects;
-    ObjectDescription description{tree, at(0, 0, 0), false, {}};
-    try {
-      const FailingAllocation failing(after);
-      objects.add(std::move(description));
-      is_added = true;
-    } catch (const std::bad_alloc&) {
+  for (const bool has_free_slot : {false, true}) {
+    const SmallTable before(has_free_slot);
+    bool is_added = false;
+    for (std::size_t after = 0; !is_added; ++after) {
+      ASSERT_LT(after, 100u);
+      SmallTable table(has_free_slot);
+      ObjectDescription description{tree, at(0, 0, 0), false, {"old", "new"}};
+      const ObjectDescription again = description;
+      try {
+        const FailingAllocation failing(after);
+        table.objects.add(std::move(description));
+        is_added = true;
+      } catch (const std::bad_alloc&) {
+        expect_nothing_was_added(table, before, after);
+        table.objects.add(again);
+      }
+      EXPECT_EQ(table.objects.find("box").slot, 1u);
+      EXPECT_EQ(table.objects.members_of_group(*table.objects.find_group("new")).size(), 1u);
     }
-    for (std::uint32_t slot = 0; slot < objects.size(); ++slot)
-      ASSERT_NE(objects[slot].description.tree, nullptr) << after;
-    EXPECT_EQ(make_layout(objects).slots(), objects.size());
   }
 }
 
