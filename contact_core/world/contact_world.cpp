@@ -53,13 +53,10 @@ std::string_view ContactWorld::name_of(ObjectHandle object) const {
 }
 
 // Pairs are asked for their rules in every frame, so policies are taken up by themselves. Which pairs are
-// looked at depends on warn distances: where one may have grown they are found anew.
+// looked at depends on warn distances: where one may have grown they are found anew (of the default rule by
+// take_up_set_up()).
 
-void ContactWorld::set_default_rule(const PairRule& rule) {
-  const double before = state_->rules.default_rule().warn_distance.value_or(0.0);
-  state_->rules.set_default(rule);
-  if (rule.warn_distance.value_or(0.0) > before) state_->needs_layout = true;
-}
+void ContactWorld::set_default_rule(const PairRule& rule) { state_->rules.set_default(rule); }
 
 void ContactWorld::set_group_rule(std::string_view first, std::string_view second, const PairRule& rule) {
   PairRules::check(rule);
@@ -124,9 +121,8 @@ WorldCapabilities ContactWorld::capabilities() const {
 
 void ContactWorld::prepare() {
   State& s = *state_;
-  s.is_fresh = s.is_fresh || s.needs_layout || !s.objects.changes().empty();
-  if (!s.needs_layout && !s.take_up_changes()) s.needs_layout = true;
-  if (s.needs_layout) s.build_all();
+  s.is_fresh = s.is_fresh || s.needs_layout || s.was_reset || !s.objects.changes().empty();
+  s.take_up_set_up();
 }
 
 void ContactWorld::reset() {
@@ -137,7 +133,7 @@ void ContactWorld::reset() {
   s.selections.forget_queued();
   s.contact_log.clear();
   s.selection.select_all();
-  s.needs_layout = true;
+  s.was_reset = true;
 }
 
 void ContactWorld::select(const SelectionChange& change) { state_->selections.push(change); }
@@ -230,7 +226,8 @@ const Pose& ContactWorld::commanded_pose(ObjectHandle object) const {
 std::span<const Pose> ContactWorld::solid_poses(ObjectHandle object) const {
   const std::uint32_t slot = state_->objects.slot_of(object);
   const Layout& layout = state_->layout;
-  if (state_->needs_layout || slot >= layout.slots() || layout.handles[slot] != object) return {};
+  if (state_->needs_layout || state_->was_reset || slot >= layout.slots() || layout.handles[slot] != object)
+    return {};
   const SolidIndex first = layout.first_solid[slot], end = layout.first_solid[slot + 1];
   if (layout.levels[slot] == nullptr) return std::span(state_->from).subspan(first, end - first);
   // Frames place those that are open only, and `from` is theirs.

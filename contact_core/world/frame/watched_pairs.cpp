@@ -59,7 +59,8 @@ void WatchedPairs::take_room(const WorldModel& model, bool anew) {
   resize_more(stands_, proxies), resize_more(objects_stand_, slots);
   reserve_more(due_, slots), reserve_more(idle_, slots), reserve_more(moved_, slots),
       reserve_more(movable_, slots);
-  reserve_more(looked_at_, slots);
+  reserve_more(looked_at_, slots), reserve_more(limited_, solids);
+  if (anew) limited_.clear();
   room_ = std::max<std::size_t>(256 + 64 * solids, pairs_.size());
   pairs_.reserve(room_), pairs_before_.reserve(room_);
   pairs_.set_solids(solids), pairs_before_.set_solids(solids);
@@ -76,8 +77,12 @@ bool WatchedPairs::begin(const WorldModel& model, Broadphase& broadphase) {
   pairs_.clear();
   pairs_.set_solids(model.layout.solids.size());
   needs_watch_ = needs_imminent_ = true;
-  for (std::uint32_t slot = 0; slot < model.layout.slots(); ++slot) place(model, slot);
-  return broadphase.update_paths({stands_, stands_, regions_}, {});
+  movable_.clear();
+  for (std::uint32_t slot = 0; slot < model.layout.slots(); ++slot) {
+    place(model, slot);
+    if (model.layout.is_alive(slot)) movable_.push_back(slot);
+  }
+  return broadphase.update_paths({stands_, stands_, regions_}, movable_);
 }
 
 void WatchedPairs::begin_object(const WorldModel& model, std::uint32_t slot) {
@@ -485,38 +490,53 @@ void WatchedPairs::watch_again(WorldModel& model, const SolidPair& pair) {
   unclear_.push_back(pairs_.add(watch));
 }
 
-/// Most watched pairs stay out of reach for many frames: those that may not are found now and then.
+/// Most watched pairs of arms stay out of reach for many frames: those that may not are found now and then.
 void WatchedPairs::choose_imminent(WorldModel& model) {
   Travels& travels = model.travels;
-  const Layout& layout = model.layout;
-  // A solid's limit is what it has travelled and may travel within a few frames.
-  for (SolidIndex solid = 0; solid < layout.solids.size(); ++solid)
-    if (layout.is_static[layout.slot_of[solid]] == 0)
-      travels.imminent_solid[solid] = travels.of_solid[solid] + kImminentFrames * travels.last_solid[solid] +
-                                      2.0 * travels.planned_solid[solid] +
-                                      kImminentRadius * layout.solids[solid].bounding_sphere().radius;
-  // The same holds for links relative to each other.
+  for (const SolidIndex solid : limited_) travels.imminent_solid[solid] = kInfinity;
+  limited_.clear(), imminent_.clear();
   for (std::uint32_t i = 0; i < model.mechanisms.size(); ++i) {
     const MechanismMover* mover = model.mechanisms.at(i);
     if (mover == nullptr) continue;
-    const std::size_t links = mover->X_WL.size();
-    for (std::size_t k = 0; k < links * links; ++k) {
-      const std::size_t link_pair = mover->first_link_pair + k;
-      travels.imminent_link_pair[link_pair] =
-          travels.of_link_pair[link_pair] + kImminentFrames * travels.last_link_pair[link_pair] +
-          2.0 * travels.planned_link_pair[link_pair] + kImminentRadius * mover->radius_of_link[k % links];
-    }
-  }
-  // Pairs that are clear beyond these limits are not imminent.
-  imminent_.clear();
-  for (std::uint32_t i = 0; i < pairs_.size(); ++i) {
-    const WatchedPair& watch = pairs_[i];
-    const double limit = watch.link_pair != kNoLinkPair
-                             ? travels.imminent_link_pair[watch.link_pair]
-                             : travels.imminent_solid[watch.a] + travels.imminent_solid[watch.b];
-    if (!(limit <= watch.clear_until)) imminent_.push_back(i);
+    limit_link_pairs(travels, *mover);
+    // Pairs that are clear beyond the limits are not imminent; those of two arms' solids come from their a.
+    model.for_each_solid(mover->lead, [&](SolidIndex solid) {
+      limit(model, solid);
+      pairs_.for_each_of(solid, [&](std::uint32_t index) {
+        const WatchedPair& watch = pairs_[index];
+        const SolidIndex other = watch.a == solid ? watch.b : watch.a;
+        if (watch.b == solid && model.mechanism_of(model.layout.slot_of[other]) != nullptr) return;
+        const double most = watch.link_pair != kNoLinkPair ? travels.imminent_link_pair[watch.link_pair]
+                                                           : limit(model, solid) + limit(model, other);
+        if (!(most <= watch.clear_until)) imminent_.push_back(index);
+      });
+    });
   }
   needs_imminent_ = false;
+}
+
+/// A solid's limit is what it has travelled and may travel within a few frames.
+double WatchedPairs::limit(WorldModel& model, SolidIndex solid) {
+  Travels& travels = model.travels;
+  double& most = travels.imminent_solid[solid];
+  if (model.layout.is_static[model.layout.slot_of[solid]] != 0) return 0.0;
+  if (most < kInfinity) return most;
+  most = travels.of_solid[solid] + kImminentFrames * travels.last_solid[solid] +
+         2.0 * travels.planned_solid[solid] +
+         kImminentRadius * model.layout.solids[solid].bounding_sphere().radius;
+  limited_.push_back(solid);
+  return most;
+}
+
+/// The same of links relative to each other.
+void WatchedPairs::limit_link_pairs(Travels& travels, const MechanismMover& mover) {
+  const std::size_t links = mover.X_WL.size();
+  for (std::size_t k = 0; k < links * links; ++k) {
+    const std::size_t link_pair = mover.first_link_pair + k;
+    travels.imminent_link_pair[link_pair] =
+        travels.of_link_pair[link_pair] + kImminentFrames * travels.last_link_pair[link_pair] +
+        2.0 * travels.planned_link_pair[link_pair] + kImminentRadius * mover.radius_of_link[k % links];
+  }
 }
 
 /// Roots that move or have moved since, but for arms: of their many pairs those that are imminent are fewer.

@@ -70,7 +70,7 @@ class WatchedPairs {
   /// Keeps those that are switched on, by solids.
   void keep_checked(const WorldModel& model, FrameLanes& lanes, GrowingList<std::uint32_t>& indices);
 
-  /// The pairs that may come near within a few frames, in no order; moving links need no others.
+  /// The pairs of arms that may come near within a few frames, in no order; moving links need no others.
   /// @pre !needs_imminent().
   std::span<const std::uint32_t> imminent() const { return imminent_; }
   bool needs_imminent() const { return needs_imminent_; }
@@ -101,6 +101,8 @@ class WatchedPairs {
   void close_idle(WorldModel& model, std::uint32_t slot);
   void update_all(WorldModel& model, Broadphase& broadphase);
   void watch_again(WorldModel& model, const SolidPair& pair);
+  double limit(WorldModel& model, SolidIndex solid);
+  static void limit_link_pairs(Travels& travels, const MechanismMover& mover);
   void find_looked_at(const WorldModel& model, const Movers& movers);
 
   PairWatch pairs_, pairs_before_;
@@ -117,6 +119,7 @@ class WatchedPairs {
   std::vector<std::pair<ObjectHandle, double>> early_reaches_;  // of objects that are not laid out yet
   GrowingList<std::uint32_t> unclear_;   // by index: all that may not be clear, of what rests
   GrowingList<std::uint32_t> imminent_;  // by index
+  GrowingList<SolidIndex> limited_;      // those that Travels::imminent_solid has a limit for
 
   // For the broadphase: where solids stand, and how far from there they may be.
   GrowingList<Pose> stands_;         // by proxy

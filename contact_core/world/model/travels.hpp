@@ -13,12 +13,14 @@ namespace touchstone {
 /// were t cannot be nearer than c before they are t + d - c. Motion within a mechanism, of links relative to
 /// each other, has a sum for each pair of its links.
 struct Travels {
-  GrowingList<double> of_solid;        ///< [m]
-  std::vector<double> of_link_pair;    ///< by pair of links [m]
-  GrowingList<double> solid_limit;     ///< of_solid up to which the watched pairs are all that may come near
-  GrowingList<double> imminent_solid;  ///< of_solid and of_link_pair up to which the imminent pairs are
-  std::vector<double> imminent_link_pair;  ///< all of the watched ones that may come near
-  GrowingList<double> last_solid;          ///< of the path that was laid last [m]; 0: at rest
+  GrowingList<double> of_solid;      ///< [m]
+  std::vector<double> of_link_pair;  ///< by pair of links [m]
+  GrowingList<double> solid_limit;   ///< of_solid up to which the watched pairs are all that may come near
+  /// of_solid and of_link_pair up to which the imminent pairs are all of arms' watched ones that may come
+  /// near; infinite: the solid is in none of these.
+  GrowingList<double> imminent_solid;
+  std::vector<double> imminent_link_pair;
+  GrowingList<double> last_solid;  ///< of the path that was laid last [m]; 0: at rest
   std::vector<double> last_link_pair;
   GrowingList<double> planned_solid;  ///< of a path that a slide may take [m]
   std::vector<double> planned_link_pair;

@@ -2,25 +2,51 @@
 
 #include <algorithm>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/memory/reserve_more.hpp"
 
 namespace touchstone {
 namespace {
 
-/// Each two links of a mechanism have a place in Travels::of_link_pair.
-void number_own_pairs(WorldModel& model) {
-  std::uint32_t link_pair = 0;
+/// Each two links of a mechanism have a place in Travels::of_link_pair, these from `first` on. They have not
+/// moved yet.
+void put_own_pairs(WorldModel& model, MechanismMover& mover, std::uint32_t first) {
+  Travels& travels = model.travels;
+  const std::size_t end = std::size_t{first} + mover.link_pairs();
+  for (std::vector<double>* values : {&travels.of_link_pair, &travels.imminent_link_pair,
+                                      &travels.last_link_pair, &travels.planned_link_pair}) {
+    if (values->size() < end) resize_more(*values, end, 0.0);
+    std::fill_n(values->begin() + first, mover.link_pairs(), 0.0);
+  }
+  mover.first_link_pair = first;
+}
+
+/// The first place that is large enough, beside those of the mechanisms that are laid out.
+std::uint32_t place_for_own_pairs(const WorldModel& model, const MechanismMover& mover) {
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> taken;
+  for (std::uint32_t i = 0; i < model.mechanisms.size(); ++i)
+    if (const MechanismMover* other = model.mechanisms.at(i); other != nullptr && other->is_laid_out)
+      taken.emplace_back(other->first_link_pair, other->first_link_pair + other->link_pairs());
+  std::sort(taken.begin(), taken.end());
+  std::uint32_t first = 0;
+  for (const auto& [begin, end] : taken) {
+    if (first + mover.link_pairs() <= begin) break;
+    first = end;
+  }
+  return first;
+}
+
+/// Of all mechanisms, one after the other.
+void put_all_own_pairs(WorldModel& model) {
+  std::uint32_t first = 0;
   for (std::uint32_t i = 0; i < model.mechanisms.size(); ++i) {
     MechanismMover* mover = model.mechanisms.at(i);
     if (mover == nullptr) continue;
-    mover->first_link_pair = link_pair;
-    link_pair += static_cast<std::uint32_t>(mover->X_WL.size() * mover->X_WL.size());
+    put_own_pairs(model, *mover, first);
+    first += mover->link_pairs();
+    mover->is_laid_out = true;
   }
-  Travels& travels = model.travels;
-  for (std::vector<double>* values : {&travels.of_link_pair, &travels.imminent_link_pair,
-                                      &travels.last_link_pair, &travels.planned_link_pair})
-    values->assign(link_pair, 0.0);
 }
 
 /// Where the slot's solids stand in its body, whom it moves with, and that it rests.
@@ -45,26 +71,37 @@ void place_in_body(WorldModel& model, std::uint32_t slot) {
 
 }  // namespace
 
+std::vector<SolidPair> exempt_pairs(const Layout& layout, const MechanismMover& mover) {
+  const Mechanism& mechanism = *mover.mechanism;
+  const auto index_of = [&](std::uint32_t solid) {
+    const std::uint32_t link = mechanism.link_of(solid);
+    return layout.first_solid[mover.slot_of_link[link]] + (solid - mechanism.links()[link].first_solid);
+  };
+  std::vector<SolidPair> out;
+  for (std::uint32_t a = 0; a < mechanism.solids().size(); ++a)
+    for (std::uint32_t b = a + 1; b < mechanism.solids().size(); ++b) {
+      if (mechanism.link_of(a) == mechanism.link_of(b) || !mechanism.is_exempt(a, b)) continue;
+      const SolidIndex first = index_of(a), second = index_of(b);
+      out.push_back(first < second ? SolidPair{first, second} : SolidPair{second, first});
+    }
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
 void list_exempt_pairs(const WorldModel& model, Layout& out) {
   out.exempt.clear();
   for (const SolidExemption& exemption : model.objects.exemptions())
     for (const SolidPair& pair : exempt_pairs(out, exemption)) out.exempt.push_back(pair);
-  for (std::uint32_t i = 0; i < model.mechanisms.size(); ++i) {
-    const MechanismMover* mover = model.mechanisms.at(i);
-    if (mover == nullptr) continue;
-    const Mechanism& mechanism = *mover->mechanism;
-    const auto index_of = [&](std::uint32_t solid) {
-      const std::uint32_t link = mechanism.link_of(solid);
-      return out.first_solid[mover->slot_of_link[link]] + (solid - mechanism.links()[link].first_solid);
-    };
-    for (std::uint32_t a = 0; a < mechanism.solids().size(); ++a)
-      for (std::uint32_t b = a + 1; b < mechanism.solids().size(); ++b) {
-        if (mechanism.link_of(a) == mechanism.link_of(b) || !mechanism.is_exempt(a, b)) continue;
-        const SolidIndex first = index_of(a), second = index_of(b);
-        out.exempt.push_back(first < second ? SolidPair{first, second} : SolidPair{second, first});
-      }
-  }
+  for (std::uint32_t i = 0; i < model.mechanisms.size(); ++i)
+    if (const MechanismMover* mover = model.mechanisms.at(i))
+      for (const SolidPair& pair : exempt_pairs(out, *mover)) out.exempt.push_back(pair);
   std::sort(out.exempt.begin(), out.exempt.end());
+}
+
+void lay_out(WorldModel& model, MechanismMover& mover) {
+  put_own_pairs(model, mover, place_for_own_pairs(model, mover));
+  model.layout.add_exempt(exempt_pairs(model.layout, mover));
+  mover.is_laid_out = true;
 }
 
 void take_room(WorldModel& model, bool anew) {
@@ -83,9 +120,10 @@ void take_room(WorldModel& model, bool anew) {
   resize_more(model.from, solids), resize_more(model.X_BS, solids);
   resize_more(model.root_of_solid, solids);
   Travels& travels = model.travels;
-  for (GrowingList<double>* values : {&travels.of_solid, &travels.solid_limit, &travels.imminent_solid,
-                                      &travels.last_solid, &travels.planned_solid, &travels.needed})
+  for (GrowingList<double>* values : {&travels.of_solid, &travels.solid_limit, &travels.last_solid,
+                                      &travels.planned_solid, &travels.needed})
     size(*values, solids, 0.0);
+  size(travels.imminent_solid, solids, kInfinity);
   for (GrowingList<double>* values :
        {&travels.of_object, &travels.last_object, &travels.object_limit, &travels.needed_object})
     size(*values, slots, 0.0);
@@ -93,7 +131,7 @@ void take_room(WorldModel& model, bool anew) {
   resize_more(travels.vertices, solids), resize_more(travels.has_vertices, solids);
   reserve_more(travels.unplaced, solids);
   // Numbers of pairs depend on these sizes, so they come last.
-  if (anew) number_own_pairs(model);
+  if (anew) put_all_own_pairs(model);
   model.selection.reserve(slots);
 }
 
@@ -143,10 +181,12 @@ void begin_object(WorldModel& model, std::uint32_t slot) {
        {&travels.of_object, &travels.last_object, &travels.object_limit, &travels.needed_object})
     (*values)[slot] = 0.0;
   model.open.close_idle(slot, model.layout.first_solid[slot], [](SolidIndex) { return true; });
-  for (SolidIndex i = model.layout.first_solid[slot]; i < model.layout.first_solid[slot + 1]; ++i)
-    for (GrowingList<double>* values : {&travels.of_solid, &travels.solid_limit, &travels.imminent_solid,
-                                        &travels.last_solid, &travels.planned_solid, &travels.needed})
+  for (SolidIndex i = model.layout.first_solid[slot]; i < model.layout.first_solid[slot + 1]; ++i) {
+    for (GrowingList<double>* values : {&travels.of_solid, &travels.solid_limit, &travels.last_solid,
+                                        &travels.planned_solid, &travels.needed})
       (*values)[i] = 0.0;
+    travels.imminent_solid[i] = kInfinity;
+  }
   change_body(model, slot);
   place_solids(model, slot);
 }

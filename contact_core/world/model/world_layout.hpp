@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "touchstone/contact_core/world/model/world_model.hpp"
 
@@ -11,6 +12,10 @@ namespace touchstone {
 
 /// Exempt pairs of a new layout: those named, and those of mechanisms, sorted.
 void list_exempt_pairs(const WorldModel& model, Layout& out);
+/// Those of a mechanism, sorted. @pre its links' slots are laid out.
+std::vector<SolidPair> exempt_pairs(const Layout& layout, const MechanismMover& mover);
+/// Takes up a new mechanism's pairs of links and its exempt pairs. @pre its links' slots are laid out.
+void lay_out(WorldModel& model, MechanismMover& mover);
 
 /// For all slots and solids of the layout. @param anew as if nothing had moved yet, else values stay.
 void take_room(WorldModel& model, bool anew);

@@ -48,7 +48,8 @@ MechanismMover::MechanismMover(MechanismPlacement placement)
   for (std::uint32_t link = 0; link < rigid_with.size(); ++link) rigid_with[link] = link;
   for (const Mechanism::Joint& joint : mechanism->joints())
     if (joint.value == Mechanism::kNone) rigid_with[joint.outer] = rigid_with[joint.inner];
-  // The mechanism stands at its initial values from the start.
+  // The mechanism stands at its initial values from the start. Here memory may end, below it may not.
+  actual = commanded = initial;
   path.set(placement.X_WB, initial, initial);
   reset();
   frame.set(X_WL);

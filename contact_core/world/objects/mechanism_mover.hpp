@@ -39,7 +39,8 @@ struct MechanismMover final : PathViews {
   bool is_resting = false;
   double shift_limit = -1.0;  ///< no prismatic value has been further from 0, or is commanded to go [m]
   std::vector<double> radius_of_link;  ///< of all that the link carries, about its origin [m]
-  std::uint32_t first_link_pair = 0;   ///< of its pairs of links in Travels
+  bool is_laid_out = false;            ///< its solids have their places, its pairs of links, too
+  std::uint32_t first_link_pair = 0;   ///< of these in Travels
   std::uint64_t paths = 0;             ///< laid so far: another count, another path
   std::uint64_t planned_path = 0;      ///< the one whose travels were planned last: plan_goes_beyond()
   std::uint64_t planned_after = 0;     ///< Travels::clearings then
@@ -47,6 +48,7 @@ struct MechanismMover final : PathViews {
   const MotionPath& seen_from(std::uint32_t body) noexcept override { return relative.seen_from(body, path); }
   std::uint32_t standing_body() const noexcept override { return mechanism->base(); }
 
+  std::uint32_t link_pairs() const { return static_cast<std::uint32_t>(X_WL.size() * X_WL.size()); }
   JointMetric metric() const { return {weights, hand == nullptr ? nullptr : &hand->root}; }
 
   /// Lays the path from the actual joint values; `to` may be a member.

@@ -23,7 +23,7 @@ std::uint32_t solid_index(const HexahedronTree& tree, std::string_view name) {
 }
 
 // Lists of changes that a slot is in.
-constexpr std::uint8_t kReplaced = 1, kRebodied = 2;
+constexpr std::uint8_t kReplaced = 1, kRebodied = 2, kMoved = 4;
 
 /// Objects that are alike in this may take each other's slots.
 std::pair<std::size_t, bool> places_of(const ObjectRecord& object) {
@@ -119,9 +119,11 @@ void ObjectTable::note(const SolidExemption& exemption, bool is_on) {
 }
 
 void ObjectTable::forget_changes() {
-  for (const std::vector<std::uint32_t>* slots : {&changes_.replaced, &changes_.rebodied})
+  for (std::vector<std::uint32_t>* slots : {&changes_.replaced, &changes_.moved, &changes_.rebodied}) {
     for (const std::uint32_t slot : *slots) is_noted_[slot] = 0;
-  changes_.replaced.clear(), changes_.rebodied.clear(), changes_.exemptions.clear();
+    slots->clear();
+  }
+  changes_.exemptions.clear();
   changes_.all = false;
 }
 
@@ -276,13 +278,10 @@ void ObjectTable::reset() {
   for (std::uint32_t slot = 0; slot < size(); ++slot) {
     ObjectRecord& record = records_[slot];
     if (!record.alive) continue;
+    if (!is_same(record.X_WO, record.description.X_WO)) note(changes_.moved, slot, kMoved);
     record.X_WO = record.commanded = record.description.X_WO;
-    if (record.carrier == kNoIndex) continue;
-    unlink(slot);
+    if (record.carrier != kNoIndex) unlatch(handle(slot));
   }
-  for (std::uint32_t slot = 0; slot < size(); ++slot)
-    if (records_[slot].alive) find_bodies(slot);
-  changes_.all = true;
 }
 
 bool ObjectTable::is_alive(ObjectHandle object) const {

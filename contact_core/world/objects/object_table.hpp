@@ -63,11 +63,14 @@ struct TableChanges {
   };
 
   std::vector<std::uint32_t> replaced;      ///< slots whose object came or went
+  std::vector<std::uint32_t> moved;         ///< slots of objects that reset() put back
   std::vector<std::uint32_t> rebodied;      ///< slots of objects that move with another body, or their own
   std::vector<ExemptionChange> exemptions;  ///< in order
   bool all = false;
 
-  bool empty() const { return !all && replaced.empty() && rebodied.empty() && exemptions.empty(); }
+  bool empty() const {
+    return !all && replaced.empty() && moved.empty() && rebodied.empty() && exemptions.empty();
+  }
 };
 
 /// The objects by slot, their groups, exemptions and latches (the paper's Object_manager).

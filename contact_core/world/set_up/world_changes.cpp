@@ -16,6 +16,10 @@ namespace {
 /// Of objects replaced at once more than a quarter, and some, cost less when all is built anew.
 constexpr std::size_t kBuildAnew = 64;
 
+bool is_among(const std::vector<std::uint32_t>& sorted, std::uint32_t slot) {
+  return std::binary_search(sorted.begin(), sorted.end(), slot);
+}
+
 }  // namespace
 
 void ContactWorld::State::check_takes(const HexahedronTree& tree) const {
@@ -33,27 +37,54 @@ void ContactWorld::State::build_all() {
   narrowphase->build(next.solids);
   if (!planner) planner = make_native();
   planner->build(next.solids);
-  BroadphaseInput input;
-  input.trees = next.proxy_trees;
-  input.margin = margin = std::max(2.0 * gap, rules.default_rule().warn_distance.value_or(0.0));
-  input.is_static = next.is_static;
-  input.threads = lanes.runner();
-  broadphase->build(input);
-  // Slots that hold no object are emptied in the broadphase.
-  for (std::uint32_t slot = 0; slot < next.slots(); ++slot)
-    if (!next.is_alive(slot)) broadphase->set_object(slot, nullptr, false);
+  build_broadphase(next);
   // The world takes over the new layout and makes room for it.
   lanes.build(*narrowphase, *planner, next.solids.size());
   contact_log.renumber(layout, next);
   layout = std::move(next);
+  begin_anew();
+  objects.forget_changes();
+  needs_layout = false;
+}
+
+void ContactWorld::State::build_broadphase(const Layout& laid_out) {
+  BroadphaseInput input;
+  input.trees = laid_out.proxy_trees;
+  input.margin = margin = wanted_margin();
+  input.is_static = laid_out.is_static;
+  input.threads = lanes.runner();
+  broadphase->build(input);
+  // Slots that hold no object are emptied.
+  for (std::uint32_t slot = 0; slot < laid_out.slots(); ++slot)
+    if (!laid_out.is_alive(slot)) broadphase->set_object(slot, nullptr, false);
+}
+
+/// What the broadphase has to find at least [m].
+double ContactWorld::State::wanted_margin() const {
+  return std::max(2.0 * gap, rules.default_rule().warn_distance.value_or(0.0));
+}
+
+/// Makes room, places all objects, at rest, and watches them as if nothing had happened yet.
+void ContactWorld::State::begin_anew() {
   take_room(true);
-  // All objects are placed, and watching begins anew.
   place_all(*this);
   if (!watched.begin(*this, *broadphase))
     throw InputError("contact world: broadphase '" + std::string(broadphase->name()) +
                      "' knows poses, no paths");
-  objects.forget_changes();
-  needs_layout = false;
+  needs_places = false;
+}
+
+void ContactWorld::State::take_up_set_up() {
+  if (!needs_layout && !take_up_changes()) needs_layout = true;
+  if (needs_layout) {
+    build_all();
+  } else if (margin < wanted_margin()) {
+    needs_layout = true;  // should the broadphase throw
+    build_broadphase(layout);
+    needs_layout = false, needs_places = true;
+  }
+  if (needs_places) begin_anew();
+  was_reset = false;
 }
 
 /// For all objects and solids of the layout; what frames fill is made so large that they need not allocate.
@@ -101,6 +132,9 @@ bool ContactWorld::State::take_up_changes() {
       watched.begin_object(*this, slot);
     }
     watched.take_up_early_reaches(objects);
+    for (std::uint32_t i = 0; i < mechanisms.size(); ++i)
+      if (MechanismMover* mover = mechanisms.at(i); mover != nullptr && !mover->is_laid_out)
+        lay_out(*this, *mover);
   }
   // Exemptions change the list of pairs that are not checked.
   for (const TableChanges::ExemptionChange& change : changed.exemptions) {
@@ -108,9 +142,13 @@ bool ContactWorld::State::take_up_changes() {
     change.is_on ? layout.add_exempt(named) : layout.remove_exempt(named);
     if (!change.is_on) watched.watch_anew(*this, change.exemption.a.slot);
   }
+  // Objects that were put back begin anew as well; of many all do.
+  needs_places = needs_places || 4 * changed.moved.size() > layout.slots() + kBuildAnew;
+  for (const std::uint32_t slot : changed.moved)
+    if (!needs_places && !is_among(slots, slot)) begin_object(*this, slot), watched.begin_object(*this, slot);
   // Objects that now move with another body, or with none, are watched anew.
   for (const std::uint32_t slot : changed.rebodied) {
-    if (!layout.is_alive(slot)) continue;
+    if (!layout.is_alive(slot) || is_among(slots, slot)) continue;
     change_body(*this, slot);
     watched.watch_anew(*this, slot);
   }

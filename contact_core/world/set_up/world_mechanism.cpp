@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/world/model/world_layout.hpp"
 #include "touchstone/contact_core/world/set_up/world_state.hpp"
 
 // Mechanisms as movers: one object a link, one path for all of them.
@@ -30,9 +31,9 @@ MechanismHandle ContactWorld::add_mechanism(MechanismPlacement placement) {
     if (link.tree) state_->check_takes(*link.tree);
   // The mechanism is registered, then each link that has solids becomes an object.
   MechanismMover& added = *mover;
-  state_->needs_layout = true;
-  const MechanismHandle handle = state_->mechanisms.add(std::move(mover));
   std::vector<ObjectHandle> objects;
+  objects.reserve(mechanism.links().size());
+  const MechanismHandle handle = state_->mechanisms.add(std::move(mover));
   try {
     for (std::uint32_t link = 0; link < mechanism.links().size(); ++link) {
       const auto& tree = mechanism.links()[link].tree;
@@ -52,16 +53,20 @@ MechanismHandle ContactWorld::add_mechanism(MechanismPlacement placement) {
 }
 
 void ContactWorld::remove_mechanism(MechanismHandle handle) {
-  const MechanismMover& mover = state_->mechanisms.get(handle);
+  State& s = *state_;
+  const MechanismMover& mover = s.mechanisms.get(handle);
   for (const std::uint32_t slot : mover.slot_of_link)
-    if (slot != kNone) state_->objects.check_removable(state_->objects.handle(slot));
+    if (slot != kNone) s.objects.check_removable(s.objects.handle(slot));
+  const bool needed_layout = s.needs_layout;
+  s.needs_layout = true;  // should memory end
+  if (!needed_layout && mover.is_laid_out) s.layout.remove_exempt(exempt_pairs(s.layout, mover));
   for (const std::uint32_t slot : mover.slot_of_link) {
     if (slot == kNone) continue;
-    state_->objects.remove_link(state_->objects.handle(slot));
-    state_->selection.forget(slot);
+    s.objects.remove_link(s.objects.handle(slot));
+    s.selection.forget(slot);
   }
-  state_->mechanisms.remove(handle);
-  state_->needs_layout = true;
+  s.mechanisms.remove(handle);
+  s.needs_layout = needed_layout;
 }
 
 bool ContactWorld::is_alive(MechanismHandle mechanism) const {

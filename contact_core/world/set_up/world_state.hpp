@@ -27,8 +27,10 @@ namespace touchstone {
 /// set these up (world_changes.cpp).
 struct ContactWorld::State : WorldModel {
   std::unique_ptr<Broadphase> broadphase;
-  bool needs_layout = true;
-  bool is_fresh = true;  // set-up was taken up since the last frame
+  bool needs_layout = true;   // all is to be built anew
+  bool needs_places = false;  // the solids stay, but all is to be placed and watched anew
+  bool was_reset = false;     // since set-up was taken up
+  bool is_fresh = true;       // set-up was taken up since the last frame
 
   // Taken up by prepare().
   std::unique_ptr<ThreadTeam> team;  // set_threads()'s; null: none
@@ -61,7 +63,12 @@ struct ContactWorld::State : WorldModel {
   void take_loads();
   /// @throws InputError naming the tree's first rounded solid, where the narrowphase takes none.
   void check_takes(const HexahedronTree& tree) const;
+  /// Takes up all set-up since the last time.
+  void take_up_set_up();
   void build_all();
+  void build_broadphase(const Layout& laid_out);
+  double wanted_margin() const;
+  void begin_anew();
   bool take_up_changes();
   void take_room(bool anew);
   bool replace_object(std::uint32_t slot);

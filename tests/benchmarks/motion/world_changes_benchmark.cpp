@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "touchstone/contact_core/mechanism/arms/ssrms.hpp"
 #include "touchstone/contact_core/registry.hpp"
 #include "touchstone/contact_core/threads/processor_time.hpp"
 #include "touchstone/contact_core/threads/thread_team.hpp"
@@ -66,6 +67,19 @@ std::unique_ptr<ContactWorld> make_world() {
                                         registry.make_broadphase("native"), 1e-9);
 }
 
+PairRule world_rule() {
+  PairRule rule;
+  rule.policy = ContactPolicy::advance, rule.warn_distance = 0.05;
+  return rule;
+}
+
+/// Above all boxes.
+Pose far_above() {
+  Pose X;
+  X.p.z() = 200.0;
+  return X;
+}
+
 struct Scene {
   std::unique_ptr<ContactWorld> world = make_world();
   std::vector<ObjectHandle> objects;
@@ -89,9 +103,7 @@ struct Scene {
   }
 
   explicit Scene(int count) {
-    PairRule rule;
-    rule.policy = ContactPolicy::advance, rule.warn_distance = 0.05;
-    world->set_default_rule(rule);
+    world->set_default_rule(world_rule());
     const int side = static_cast<int>(std::ceil(std::cbrt(count)));
     for (int i = 0; i < count; ++i) objects.push_back(world->add(description(i, side, 1.4)));
     world->prepare();
@@ -181,12 +193,39 @@ void measure_objects(Scene& scene) {
       "add", [&](int) { scene.objects.push_back(world.add(scene.description(added++, side, 1.4))); }, world);
 }
 
+/// What concerns one arm, above all others; and what concerns every object.
+void measure_arms(Scene& scene) {
+  ContactWorld& world = *scene.world;
+  const auto mechanism = std::make_shared<const Mechanism>(make_ssrms());
+  MechanismHandle arm;
+  measure(
+      "add, remove an arm of 47",
+      [&](int i) {
+        if (i % 2 == 0)
+          arm = world.add_mechanism({mechanism, far_above()});
+        else
+          world.remove_mechanism(arm);
+      },
+      world);
+  PairRule rule = world_rule();
+  measure(
+      "larger warn distance of all",
+      [&](int i) {
+        rule.warn_distance = 0.05 + 1e-5 * (i + 1);
+        world.set_default_rule(rule);
+      },
+      world);
+  measure(
+      "reset", [&](int) { world.reset(); }, world);
+}
+
 void measure_changes(int count) {
   const double start = processor_us();
   Scene scene(count);
   std::printf("%d objects: added and prepared in %.1f ms\n", count, 1e-3 * (processor_us() - start));
   std::printf("  %-34s %10s %10s %10s\n", "change and next frame [us]", "median", "99.9 %", "worst");
   measure_rules(scene);
+  measure_arms(scene);
   measure_objects(scene);
 }
 

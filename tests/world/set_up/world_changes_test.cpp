@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <new>
 
@@ -9,6 +10,7 @@
 #include "touchstone/contact_core/world/pairs/pair_rules.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
 #include "touchstone/tests/support/random.hpp"
+#include "touchstone/tests/world/arms/arm_fixture.hpp"
 #include "touchstone/tests/world/world_fixture.hpp"
 
 // A world that changes at run time answers as one that is built anew for every frame.
@@ -36,7 +38,8 @@ bool is_same(const ContactEvent& a, const ContactEvent& b) {
 class Twins {
  public:
   std::array<std::unique_ptr<ContactWorld>, 2> worlds{make_world(), make_world()};
-  std::vector<ObjectHandle> objects;  // of those there are
+  std::vector<ObjectHandle> objects;  // of those there are, but for links
+  std::vector<MechanismHandle> arms;
 
   explicit Twins(std::uint64_t seed) : random_(seed) {
     for (auto& world : worlds) world->set_default_rule(rule(ContactPolicy::slide, 0.02));
@@ -45,7 +48,7 @@ class Twins {
 
   void change() {
     const ObjectHandle a = any(), b = any();
-    switch (random_.below(12)) {
+    switch (random_.below(16)) {
       case 0:
       case 1:
         return add();
@@ -69,6 +72,17 @@ class Twins {
         const std::string first = any_group(), second = any_group();
         return attempt([&](ContactWorld& world) { world.set_group_rule(first, second, rule); });
       }
+      case 11:
+        return arms.size() < 3 ? add_arm() : remove_arm();
+      case 12:
+        if (random_.one_in(3)) remove_arm();
+        return;
+      case 13:
+        if (!arms.empty()) latch(worlds[0]->link(any_arm(), "3"), a);
+        return;
+      case 14:
+        if (random_.one_in(8)) attempt([](ContactWorld& world) { world.reset(); });
+        return;
       case 10: {
         const bool on = random_.below(2) == 0;
         return attempt([&](ContactWorld& world) { world.select(SelectionChange::of(a, on)); });
@@ -85,9 +99,18 @@ class Twins {
     for (const ObjectHandle& object : objects)
       if (random_.below(3) == 0)
         commands.push_back(worlds[0]->move_by(object, random_.vector(0.3), random_.vector(0.2)));
+    std::vector<std::vector<double>> values;
+    for (const MechanismHandle arm : arms) {
+      values.push_back(joints_of(*worlds[0], arm));
+      for (double& q : values.back()) q = std::clamp(q + random_.uniform(-0.2, 0.2), -3.0, 3.0);
+    }
+    std::vector<JointCommand> joints;
+    for (std::size_t i = 0; i < arms.size(); ++i) joints.push_back({arms[i], values[i]});
     worlds[1]->set_broadphase(make_native_broadphase());
     worlds[1]->set_narrowphase(make_native());
-    const FrameReport one = worlds[0]->frame(commands), other = worlds[1]->frame(commands);
+    const FrameReport one = worlds[0]->frame(commands, joints), other = worlds[1]->frame(commands, joints);
+    for (const MechanismHandle arm : arms)
+      ASSERT_EQ(joints_of(*worlds[0], arm), joints_of(*worlds[1], arm)) << "frame " << frame;
     for (const ObjectHandle& object : objects)
       ASSERT_TRUE(is_same(worlds[0]->actual_pose(object), worlds[1]->actual_pose(object)))
           << "frame " << frame << ", " << worlds[0]->name_of(object);
@@ -114,6 +137,7 @@ class Twins {
     ASSERT_EQ(refused[0], refused[1]);
   }
 
+  MechanismHandle any_arm() { return arms[random_.below(static_cast<std::uint32_t>(arms.size()))]; }
   ObjectHandle any() { return objects[random_.below(static_cast<std::uint32_t>(objects.size()))]; }
   std::string any_group() { return std::string(1, static_cast<char>('a' + random_.below(3))); }
 
@@ -139,6 +163,26 @@ class Twins {
     const ObjectHandle one = worlds[0]->add(description), other = worlds[1]->add(description);
     ASSERT_EQ(one, other);
     objects.push_back(one);
+  }
+
+  void add_arm() {
+    const auto mechanism = make_arm("arm " + std::to_string(named_++), 3);
+    const Vector3 p = random_.vector(2.5);
+    const MechanismPlacement placement{mechanism, at(p.x(), p.y(), p.z()), {}, {any_group()}};
+    const MechanismHandle one = worlds[0]->add_mechanism(placement);
+    ASSERT_EQ(one, worlds[1]->add_mechanism(placement));
+    arms.push_back(one);
+  }
+
+  void remove_arm() {
+    if (arms.empty()) return;
+    const MechanismHandle arm = any_arm();
+    bool gone = false;
+    attempt([&](ContactWorld& world) {
+      world.remove_mechanism(arm);
+      gone = true;
+    });
+    if (gone) std::erase(arms, arm);
   }
 
   void remove(ObjectHandle object) {
@@ -188,6 +232,107 @@ TEST(WorldChanges, OfACrowdAnswerAsAWorldBuiltAnew) {
     twins.change();
     twins.fly(frame);
     if (::testing::Test::HasFatalFailure()) FAIL();
+  }
+}
+
+/// Native, and how often it was built.
+class CountsBuilds final : public Narrowphase {
+ public:
+  explicit CountsBuilds(std::shared_ptr<int> builds) : builds_(std::move(builds)) {}
+  std::string_view name() const noexcept override { return "counts_builds"; }
+  const Capabilities& capabilities() const noexcept override { return native_->capabilities(); }
+  void build(std::span<const Hexahedron> solids) override {
+    ++*builds_;
+    native_->build(solids);
+  }
+  bool set_solids(SolidIndex first, std::span<const Hexahedron> solids) override {
+    return native_->set_solids(first, solids);
+  }
+  std::unique_ptr<Workspace> make_workspace() const override { return native_->make_workspace(); }
+  void evaluate(const NarrowphaseInput& input, const NarrowphaseOutput& output,
+                Workspace& workspace) const noexcept override {
+    native_->evaluate(input, output, workspace);
+  }
+
+ private:
+  std::unique_ptr<Narrowphase> native_ = make_native();
+  std::shared_ptr<int> builds_;
+};
+
+TEST(WorldChanges, OfArmsWarnDistancesAndResetsBuildNothingAnew) {
+  const auto builds = std::make_shared<int>(0);
+  const auto world = make_world();
+  world->set_narrowphase(std::make_unique<CountsBuilds>(builds));
+  for (int i = 0; i < 20; ++i)
+    world->add({box_tree("box " + std::to_string(i), {1, 1, 1}), at(1.2 * i, 9, 0)});
+  world->frame({});
+  ASSERT_EQ(*builds, 1);
+  // Arms come and go, in the places of others too.
+  const MechanismHandle first = world->add_mechanism({make_arm("first", 3)});
+  world->frame({});
+  world->add_mechanism({make_arm("second", 3), at(0, 3, 0)});
+  world->remove_mechanism(first);
+  world->frame({});
+  const MechanismHandle third = world->add_mechanism({make_arm("third", 2)});
+  EXPECT_EQ(move_joints(*world, third, {0.5, 0.5}).blocked_movers, 0u);
+  EXPECT_EQ(*builds, 1);
+  // All are watched further out, or stand elsewhere.
+  world->set_default_rule(rule(ContactPolicy::slide, 0.3));
+  EXPECT_FALSE(world->frame({}).events.empty());  // boxes 0.2 m apart
+  world->reset();
+  world->frame({});
+  EXPECT_EQ(joints_of(*world, third), (std::vector<double>{0, 0}));
+  EXPECT_EQ(*builds, 1);
+}
+
+// Of many objects the few that moved stand where they began, what they touched is told anew, and what was
+// carried is free.
+TEST(WorldChanges, OfResetsTouchWhatMoved) {
+  const auto world = make_world();
+  world->set_default_rule(rule(ContactPolicy::slide));
+  std::vector<ObjectHandle> boxes;
+  for (int i = 0; i < 200; ++i)
+    boxes.push_back(world->add({box_tree("box " + std::to_string(i), {1, 1, 1}), at(1.2 * i, 0, 0)}));
+  world->frame({});
+  world->latch(boxes[5], boxes[6]);
+  const MotionCommand command = world->move_by(boxes[3], {0.5, 0, 0}, {0, 0, 0});
+  for (int run = 0; run < 3; ++run) {
+    const FrameReport report = world->frame({&command, 1});
+    ASSERT_EQ(report.blocked_movers, 1u) << run;
+    EXPECT_EQ(kinds(report), (std::vector{EventKind::blocked, EventKind::began})) << run;
+    world->frame({});
+    world->reset();
+    EXPECT_TRUE(world->solid_poses(boxes[0]).empty());
+    EXPECT_TRUE(world->frame({}).events.empty()) << run;
+    EXPECT_EQ(world->actual_pose(boxes[3]).p, Vector3(1.2 * 3, 0, 0));
+    EXPECT_EQ(world->solid_poses(boxes[3])[0].p, Vector3(1.2 * 3, 0, 0));
+    EXPECT_NO_THROW(world->latch(boxes[5], boxes[6]));
+  }
+}
+
+// A mechanism that memory ends for is there as a whole, or not at all.
+TEST(WorldChanges, AddAWholeArmOrNothingWhereMemoryEnds) {
+  const auto mechanism = make_arm("arm", 3);
+  bool is_added = false;
+  for (std::size_t after = 0; !is_added; ++after) {
+    ASSERT_LT(after, 5000u);
+    const auto world = make_world();
+    const ObjectHandle box = world->add({box_tree("box", {1, 1, 1}), at(1, 0, 9)});
+    world->frame({});
+    MechanismPlacement placement{mechanism, {}, {}, {"arms"}};
+    MechanismHandle arm;
+    try {
+      const FailingAllocation failing(after);
+      arm = world->add_mechanism(std::move(placement));
+      is_added = true;
+    } catch (const std::bad_alloc&) {
+      EXPECT_THROW(world->find("arm.1"), InputError) << after;
+      world->frame({});
+      arm = world->add_mechanism({mechanism});
+    }
+    EXPECT_EQ(move_joints(*world, arm, {0.5, 0.5, 0.5}).blocked_movers, 0u) << after;
+    EXPECT_EQ(joints_of(*world, arm), (std::vector<double>{0.5, 0.5, 0.5})) << after;
+    EXPECT_TRUE(world->is_alive(box));
   }
 }
 
