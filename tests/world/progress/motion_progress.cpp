@@ -19,7 +19,7 @@ class Flight {
  public:
   Flight(const ProgressRun& run, std::uint64_t seed, ProgressFigures& figures)
       : trial_(make_trial(run.scene, run.rate, run.gap, seed)),
-        finder_(*trial_.model, run.gap),
+        finder_(*trial_.model, trial_.world->gap()),
         figures_(figures),
         seed_(seed) {
     // Blocked frames are looked at so that their number does not grow with the rate.

@@ -51,6 +51,11 @@ TEST_P(Progress, DrawersComeOutAndPegsGoIn) {
     expect_progress({scene, 3}, GetParam());
 }
 
+TEST_P(Progress, WhatFitsCloselyGoesOn) {
+  for (const char* scene : {"two_links", "fit_bore", "pegs_large", "pegs_small", "file_drawers", "payload"})
+    expect_progress({scene, 2, 3}, GetParam());
+}
+
 INSTANTIATE_TEST_SUITE_P(Rates, Progress, ::testing::Values(10.0, 50.0), [](const auto& test) {
   return std::to_string(static_cast<int>(test.param)) + "Hz";
 });

@@ -8,75 +8,17 @@
 #include "touchstone/contact_core/mechanism/resolved_rate.hpp"
 #include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/tests/support/random.hpp"
-#include "touchstone/tests/world/arms/arm_fixture.hpp"
 #include "touchstone/tests/world/progress/motion_progress.hpp"
+#include "touchstone/tests/world/progress/tight_trials.hpp"
+#include "touchstone/tests/world/progress/trial_parts.hpp"
 
 namespace touchstone {
 namespace {
 
-constexpr std::array<std::string_view, 13> kScenes{"flat",    "edge",   "corner",   "post",         "bore",
-                                                   "blocks",  "drawer", "drawers",  "hand_drawers", "pegs",
-                                                   "advance", "arms",   "held_arms"};
-
-struct Obstacles {
-  std::vector<Hexahedron> solids;
-  std::vector<Pose> X_WO;
-
-  void add(const Vector3& size, const Pose& X) { add(Hexahedron::from_size(size), X); }
-  void add(const Hexahedron& solid, const Pose& X) { solids.push_back(solid), X_WO.push_back(X); }
-};
-
-std::unique_ptr<ContactWorld> world_with(const Obstacles& obstacles, double gap, ContactPolicy policy) {
-  BackendRegistry registry;
-  register_core(registry);
-  auto world = std::make_unique<ContactWorld>(registry.make_narrowphase("native"),
-                                              registry.make_broadphase("native"), gap);
-  world->set_default_rule(rule(policy));
-  for (std::size_t i = 0; i < obstacles.solids.size(); ++i) {
-    const auto tree = std::make_shared<HexahedronTree>(
-        std::vector<PlacedHexahedron>{{"solid", obstacles.solids[i], Pose{}}},
-        "obstacle " + std::to_string(i));
-    world->add({tree, obstacles.X_WO[i], true});
-  }
-  return world;
-}
-
-Pose turned_at(const Vector3& p, const Matrix3& R) {
-  Pose X;
-  X.R = R, X.p = p;
-  return X;
-}
-
-ProgressTrial arm_trial(std::shared_ptr<const Mechanism> arm, const Pose& X_WB, const std::vector<double>& q,
-                        const Obstacles& obstacles, double gap) {
-  ProgressTrial out;
-  out.world = world_with(obstacles, gap, ContactPolicy::slide);
-  out.arm = out.world->add_mechanism({arm, X_WB, q, {}, {}});
-  out.model = std::make_unique<MoverModel>(arm, X_WB, obstacles.solids, obstacles.X_WO);
-  out.is_arm = true;
-  return out;
-}
-
-ProgressTrial body_trial(const Hexahedron& solid, const Pose& X_WO, const Obstacles& obstacles, double gap,
-                         ContactPolicy policy) {
-  ProgressTrial out;
-  out.world = world_with(obstacles, gap, policy);
-  const auto tree =
-      std::make_shared<HexahedronTree>(std::vector<PlacedHexahedron>{{"solid", solid, Pose{}}}, "mover");
-  out.body = out.world->add({tree, X_WO});
-  out.model = std::make_unique<MoverModel>(std::vector<Hexahedron>{solid}, std::vector<Pose>{Pose{}},
-                                           obstacles.solids, obstacles.X_WO);
-  return out;
-}
-
-/// Held rates, from wherever it is.
-void command_rates(ProgressTrial& trial, std::vector<double> rates, double rate) {
-  trial.command = [rates, rate](const Configuration& at, int) {
-    Configuration goal = at;
-    for (std::size_t k = 0; k < rates.size(); ++k) goal.q[k] += rates[k] / rate;
-    return goal;
-  };
-}
+constexpr std::array<std::string_view, 19> kScenes{
+    "flat",     "edge",         "corner",     "post",         "bore",   "blocks",    "drawer",
+    "drawers",  "hand_drawers", "pegs",       "advance",      "arms",   "held_arms", "two_links",
+    "fit_bore", "pegs_large",   "pegs_small", "file_drawers", "payload"};
 
 /// Two bars that turn about z, commanded to go on against something at the second one's flank, or at its end.
 ProgressTrial planar(std::string_view scene, double rate, double gap, Random& random) {
@@ -281,33 +223,6 @@ ProgressTrial random_arm_trial(double rate, double gap, bool is_held, Random& ra
   return out;
 }
 
-/// A drawer's shell, open at +x: the drawer of `size` stands in it about the origin with `play` on every side
-/// but that.
-Obstacles shell(const Vector3& size, double play) {
-  constexpr double kWall = 0.02;
-  const Vector3 half = 0.5 * size;
-  const double depth = size.x() + kWall + play;
-  Obstacles out;
-  for (const double side : {1.0, -1.0}) {
-    out.add(Vector3(depth, kWall, size.z() + 1.0),
-            at(-0.5 * (kWall + play), side * (half.y() + play + 0.5 * kWall), 0));
-    out.add(Vector3(depth, size.y() + 1.0, kWall),
-            at(-0.5 * (kWall + play), 0, side * (half.z() + play + 0.5 * kWall)));
-  }
-  out.add(Vector3(kWall, size.y() + 1.0, size.z() + 1.0), at(-half.x() - play - 0.5 * kWall, 0, 0));
-  return out;
-}
-
-/// Told to go evenly to X_end within two seconds, and to stay.
-void command_path_to(ProgressTrial& trial, const Pose& X_end, double rate) {
-  const RigidPath whole = RigidPath::between(trial.at().X_WO, X_end);
-  trial.command = [whole, rate](const Configuration&, int frame) {
-    return Configuration{{}, whole.pose_at((frame + 1) / (2.0 * rate))};
-  };
-  trial.frames = static_cast<int>(3 * rate);
-  trial.has_end = true;
-}
-
 ProgressTrial drawer(double rate, double gap) {
   const Vector3 size(0.5, 0.4, 0.1);
   ProgressTrial out =
@@ -333,27 +248,6 @@ ProgressTrial drawers(double rate, double gap, Random& random, bool by_hand) {
     return Configuration{{}, RigidPath::by(at.X_WO, end / (2.0 * rate), turn / (2.0 * rate)).to()};
   };
   out.frames = static_cast<int>(2 * rate);
-  return out;
-}
-
-/// A square peg a millimetre in a hole of 1e-6 m play, commanded to go to the bottom and somewhat beside it,
-/// and turned.
-ProgressTrial pegs(double rate, double gap, Random& random) {
-  constexpr double kPlay = 1e-6, kDeep = 0.2;
-  const double width = random.uniform(0.02, 0.2);
-  Obstacles hole;
-  for (const double side : {1.0, -1.0}) {
-    hole.add(Vector3(0.1, 1, kDeep), at(side * (0.5 * width + kPlay + 0.05), 0, -0.5 * kDeep));
-    hole.add(Vector3(1, 0.1, kDeep), at(0, side * (0.5 * width + kPlay + 0.05), -0.5 * kDeep));
-  }
-  hole.add(Vector3(1, 1, 0.1), at(0, 0, -kDeep - 0.05));
-  const double height = random.uniform(0.5, 1.5) * kDeep;
-  ProgressTrial out = body_trial(Hexahedron::from_size({width, width, height}), at(0, 0, 0.5 * height - 1e-3),
-                                 hole, gap, ContactPolicy::slide);
-  const Vector3 turn = random.vector(1e-2);
-  Vector3 end = random.vector(1e-3);
-  end.z() = 0.5 * height - kDeep;
-  command_path_to(out, turned_at(end, rotation_about(turn / norm(turn), norm(turn))), rate);
   return out;
 }
 
@@ -390,19 +284,6 @@ ProgressTrial advance(double rate, double gap, Random& random) {
 
 }  // namespace
 
-Configuration ProgressTrial::at() const {
-  if (!is_arm) return {{}, world->actual_pose(body)};
-  const auto q = world->joint_values(arm);
-  return {{q.begin(), q.end()}, {}};
-}
-
-Configuration ProgressTrial::executed(std::size_t part, double s) const {
-  if (!is_arm) return {{}, world->executed_pose(body, part, s)};
-  Configuration out = at();
-  world->executed_joints(arm, part, s, out.q);
-  return out;
-}
-
 std::span<const std::string_view> progress_scenes() { return kScenes; }
 
 ProgressTrial make_trial(std::string_view scene, double rate, double gap, std::uint64_t seed) {
@@ -414,10 +295,11 @@ ProgressTrial make_trial(std::string_view scene, double rate, double gap, std::u
   if (scene == "drawer") return drawer(rate, gap);
   if (scene == "drawers" || scene == "hand_drawers")
     return drawers(rate, gap, random, scene == "hand_drawers");
-  if (scene == "pegs") return pegs(rate, gap, random);
   if (scene == "advance") return advance(rate, gap, random);
   if (scene == "arms" || scene == "held_arms")
     return random_arm_trial(rate, gap, scene == "held_arms", random);
+  if (std::optional<ProgressTrial> tight = make_tight_trial(scene, rate, gap, random))
+    return std::move(*tight);
   throw std::invalid_argument("no scene '" + std::string(scene) + "'");
 }
 
