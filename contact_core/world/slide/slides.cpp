@@ -31,6 +31,9 @@ constexpr std::size_t kPlansAtOnce = 4;
 /// One slider's near pairs in a lane, more than which allocate.
 constexpr std::size_t kNearInLane = 512;
 
+/// A rigid body's sub-step that gains less is not its last because its plan says so.
+constexpr double kLittleGain = 0.05;
+
 bool turns_too_far(const CarriedPath& path, double stop) {
   return (1.0 - stop) * norm(path.carrier().at(0, 0.0).angular_velocity_W) > std::numbers::pi;
 }
@@ -48,6 +51,12 @@ bool is_worth_going_on(Slider& slider, double gain) {
   if (gain >= kLeastGain * slider.start_distance) return true;
   const bool hardly_begun = slider.start_distance - slider.distance < kHardlyBegun * slider.start_distance;
   return gain > 0.0 && hardly_begun && (is_steady || ++slider.poor_steps <= kMostPoorSteps);
+}
+
+/// A plan foresees nothing beyond its planes: a rigid body that is held back, and gains little by each of its
+/// sub-steps, may be on its way round a corner, on which it gains more by each than by the one before.
+bool may_lead_round(const Slider& slider, double gain) {
+  return slider.arm == nullptr && gain < kLittleGain * slider.start_distance;
 }
 
 /// A rigid body that turns, stopped by pairs that advance or slide, of which not all slide.
@@ -483,8 +492,9 @@ bool Slides::finish_step(const FrameScope& scope) {
     // A plan that was stopped early was too long: the next one is planned for less.
     const double trust = slider.trust;
     slider.trust = stop < kFarEnough ? 0.25 * trust : std::min(1.0, 4.0 * trust);
-    const bool gained =
-        is_worth_going_on(slider, before - slider.distance) && !(slider.is_near_end && stop == 1.0);
+    const double gain = before - slider.distance;
+    const bool ends = stop == 1.0 && slider.is_near_end && !may_lead_round(slider, gain);
+    const bool gained = is_worth_going_on(slider, gain) && !ends;
     const bool shorter = stop < kFarEnough && slider.trust >= kLeastTrust;
     slider.goes_on = !slider.done && (gained || shorter);
     goes_on = goes_on || slider.goes_on;

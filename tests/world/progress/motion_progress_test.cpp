@@ -73,6 +73,16 @@ TEST(ProgressOfHeldArms, PoorSubStepsThatGainSteadilyGoOn) {
   }
 }
 
+// It turns round a corner of its shell, by more with each sub-step, though each one's plan says that it is
+// near its end.
+TEST(ProgressOfDrawers, PlansThatEndDoNotEndTheWayRoundACorner) {
+  ProgressRun run;
+  run.scene = "drawers", run.rate = 10.0, run.seed = 882027, run.looks = 2;
+  const ProgressFigures f = measure_progress(run);
+  EXPECT_EQ(f.stuck, 0u);
+  EXPECT_EQ(f.merged, 0u);
+}
+
 TEST(ProgressAtAKilohertz, ArmsGoOnAlongWhatTheyMeet) {
   for (const char* scene : {"edge", "corner"}) expect_progress({scene, 1, 4}, 1000.0);
 }
