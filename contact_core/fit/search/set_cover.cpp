@@ -12,18 +12,24 @@ class LocalSearch {
  public:
   LocalSearch(std::span<const std::vector<std::uint32_t>> sets, std::size_t elements)
       : sets_(sets),
-        holders_(elements),
+        first_(elements + 1, 0),
         weight_(elements, 1),
         count_(elements, 0),
+        mixed_(elements, 0),
         place_(elements),
         score_(sets.size(), 0),
         changed_(sets.size(), 0),
-        is_chosen_(sets.size(), 0),
         least_(least_sets(sets, elements)),
         may_enter_(sets.size(), 1) {
+    // Elements' holders stand one after the other, so that a walk over them is one in memory.
+    for (const std::vector<std::uint32_t>& set : sets)
+      for (const std::uint32_t e : set) ++first_[e + 1];
+    for (std::size_t e = 0; e < elements; ++e) first_[e + 1] += first_[e];
+    holders_.resize(first_.back());
+    std::vector<std::size_t> next(first_.begin(), first_.end() - 1);
     for (std::uint32_t s = 0; s < sets.size(); ++s) {
       score_[s] = sets[s].size();
-      for (const std::uint32_t e : sets[s]) holders_[e].push_back(s);
+      for (const std::uint32_t e : sets[s]) holders_[next[e]++] = s;
     }
     for (std::uint32_t e = 0; e < elements; ++e) open(e);
   }
@@ -48,49 +54,51 @@ class LocalSearch {
       changed_[*entered_] = i;
       for (const std::uint32_t e : open_) {
         ++weight_[e];
-        work_ += holders_[e].size();
-        for (const std::uint32_t s : holders_[e]) ++score_[s];
+        work_ += holders_of(e).size();
+        for (const std::uint32_t s : holders_of(e)) ++score_[s];
       }
     }
     return best;
   }
 
  private:
+  std::span<const std::uint32_t> holders_of(std::size_t e) const {
+    return std::span(holders_).subspan(first_[e], first_[e + 1] - first_[e]);
+  }
+
   // Of a chosen set, `score_` weighs what no other one holds; of another, what is open and it would hold.
   void put_in(std::size_t set) {
-    is_chosen_[set] = 1;
     chosen_.push_back(set);
     score_[set] = 0;
     for (const std::uint32_t e : sets_[set]) {
       if (++count_[e] == 1) {
         close(e);
         score_[set] += weight_[e];
-        work_ += holders_[e].size();
-        for (const std::uint32_t s : holders_[e])
+        work_ += holders_of(e).size();
+        for (const std::uint32_t s : holders_of(e))
           if (s != set) score_[s] -= weight_[e], may_enter_[s] = 1;
       } else if (count_[e] == 2) {
-        work_ += holders_[e].size();
-        for (const std::uint32_t s : holders_[e])
-          if (s != set && is_chosen_[s]) score_[s] -= weight_[e];
+        work_ += holders_of(e).size();
+        score_[mixed_[e]] -= weight_[e];  // of the only one before
       }
+      mixed_[e] ^= set;
     }
   }
 
   void take_out(std::size_t set, std::uint64_t when) {
-    is_chosen_[set] = 0;
     chosen_.erase(std::find(chosen_.begin(), chosen_.end(), set));
     score_[set] = 0;
     for (const std::uint32_t e : sets_[set]) {
+      mixed_[e] ^= set;
       if (--count_[e] == 0) {
         open(e);
         score_[set] += weight_[e];
-        work_ += holders_[e].size();
-        for (const std::uint32_t s : holders_[e])
+        work_ += holders_of(e).size();
+        for (const std::uint32_t s : holders_of(e))
           if (s != set) score_[s] += weight_[e], may_enter_[s] = 1;
       } else if (count_[e] == 1) {
-        work_ += holders_[e].size();
-        for (const std::uint32_t s : holders_[e])
-          if (is_chosen_[s]) score_[s] += weight_[e];
+        work_ += holders_of(e).size();
+        score_[mixed_[e]] += weight_[e];  // of the only one left
       }
     }
     may_enter_[set] = 0;
@@ -117,7 +125,7 @@ class LocalSearch {
       if (score_[s] != score_[*most]) return score_[s] > score_[*most];
       return changed_[s] < changed_[*most];
     };
-    for (const std::uint32_t s : holders_[element])
+    for (const std::uint32_t s : holders_of(element))
       if (!most || is_better(s)) most = s;
     return *most;
   }
@@ -141,18 +149,21 @@ class LocalSearch {
   }
 
   std::span<const std::vector<std::uint32_t>> sets_;
-  std::vector<std::vector<std::uint32_t>> holders_;  ///< the sets that hold each element
+  std::vector<std::size_t> first_;      ///< of an element's in `holders_`
+  std::vector<std::uint32_t> holders_;  ///< the sets that hold each element
   std::vector<std::uint64_t> weight_;
   std::vector<std::uint32_t> count_;  ///< the chosen sets that hold each element
+  std::vector<std::size_t> mixed_;    ///< these, by exclusive or: where there is one, that one
   std::vector<std::size_t> place_;    ///< of open elements in `open_`
   std::vector<std::uint32_t> open_;
   std::vector<std::uint64_t> score_, changed_;
-  std::vector<std::uint8_t> is_chosen_;
   std::size_t least_;  ///< no cover has fewer
   std::vector<std::uint8_t> may_enter_;
   std::vector<std::size_t> chosen_;
   std::optional<std::size_t> entered_;
-  std::uint64_t work_ = 0;  ///< scores looked at to change them
+  /// Scores that may have to change: of an element that one chosen set holds it counts all of its holders, so
+  /// that a search ends where it did when they were all looked at.
+  std::uint64_t work_ = 0;
   std::uint64_t state_ = 88172645463325252U;
 };
 
