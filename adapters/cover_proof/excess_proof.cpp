@@ -24,18 +24,34 @@ bool ExcessProof::is_within_one(const Tetrahedron& piece, std::uint32_t triangle
 
 namespace {
 
-// The part of a convex polygon that is at most `most` above the plane.
-std::vector<Vector3> below(const std::vector<Vector3>& polygon, const Vector3& n, const Vector3& foot,
-                           double most) {
-  std::vector<Vector3> kept;
-  for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Vector3 &p = polygon[i], &q = polygon[(i + 1) % polygon.size()];
-    const double hp = dot(n, p - foot) - most, hq = dot(n, q - foot) - most;
-    if (hp <= 0.0) kept.push_back(p);
-    if ((hp < 0.0 && hq > 0.0) || (hp > 0.0 && hq < 0.0)) kept.push_back(p + (q - p) * (hp / (hp - hq)));
+// A triangle that half spaces cut: each adds a corner at most.
+class CutTriangle {
+ public:
+  CutTriangle(const Vector3& a, const Vector3& b, const Vector3& c) : corners_{a, b, c} {}
+  bool is_empty() const { return count_ == 0; }
+  /// Leaves what is at most `most` above the plane, or all where rounding makes many corners of it.
+  void cut(const Vector3& n, const Vector3& foot, double most) {
+    const std::array<Vector3, kMost> before = corners_;
+    const std::size_t count = std::exchange(count_, 0);
+    for (std::size_t i = 0; i < count; ++i) {
+      const Vector3 &p = before[i], &q = before[(i + 1) % count];
+      const double hp = dot(n, p - foot) - most, hq = dot(n, q - foot) - most;
+      if (count_ + 2 > kMost) {
+        corners_ = before;
+        count_ = count;
+        return;
+      }
+      if (hp <= 0.0) corners_[count_++] = p;
+      if ((hp < 0.0 && hq > 0.0) || (hp > 0.0 && hq < 0.0))
+        corners_[count_++] = p + (q - p) * (hp / (hp - hq));
+    }
   }
-  return kept;
-}
+
+ private:
+  static constexpr std::size_t kMost = 20;  // 3 and one a plane
+  std::array<Vector3, kMost> corners_;
+  std::size_t count_ = 3;
+};
 
 }  // namespace
 
@@ -55,23 +71,26 @@ std::optional<std::vector<std::uint32_t>> ExcessProof::met_by(const Tetrahedron&
   std::vector<std::uint32_t> met;
   surface_.meeting(low - wider, high + wider, [&](std::uint32_t t) {
     if (met.size() > kMostMet) return;
+    const Vector3 u = surface_.corner(t, 0), v = surface_.corner(t, 1), w = surface_.corner(t, 2);
+    if ((u.cwiseMin(v).cwiseMin(w) - high).maxCoeff() > margin_) return;
+    if ((low - u.cwiseMax(v).cwiseMax(w)).maxCoeff() > margin_) return;
     // The box clips first: planes of a thin piece may be too inaccurate to do so.
-    std::vector<Vector3> rest = {surface_.corner(t, 0), surface_.corner(t, 1), surface_.corner(t, 2)};
-    for (int axis = 0; axis < 3; ++axis) {
-      rest = below(rest, Vector3::Unit(axis), high, margin_);
-      rest = below(rest, -Vector3::Unit(axis), low, margin_);
+    CutTriangle rest(u, v, w);
+    for (int axis = 0; axis < 3 && !rest.is_empty(); ++axis) {
+      rest.cut(Vector3::Unit(axis), high, margin_);
+      rest.cut(-Vector3::Unit(axis), low, margin_);
     }
     // Planes of the piece clip next, moved outwards by the margin and by what rounding may do.
-    for (int apex = 0; apex < 4 && !rest.empty(); ++apex) {
+    for (int apex = 0; apex < 4 && !rest.is_empty(); ++apex) {
       const Vector3 &a = piece[(apex + 1) % 4], &b = piece[(apex + 2) % 4], &c = piece[(apex + 3) % 4];
       Vector3 n = cross(b - a, c - a);
       const double length = norm(n);
       const double off = 0x1p-48 * norm(b - a) * norm(c - a) * size / length;
       if (!(off < size)) continue;  // a length of 0, too
       n /= dot(n, piece[apex] - a) > 0.0 ? -length : length;
-      rest = below(rest, n, a, margin_ + off);
+      rest.cut(n, a, margin_ + off);
     }
-    if (!rest.empty()) met.push_back(t);
+    if (!rest.is_empty()) met.push_back(t);
   });
   if (met.size() > kMostMet) return std::nullopt;
   return met;
@@ -126,16 +145,16 @@ bool ExcessProof::is_solid(const Tetrahedron& piece) const {
 // Each corner outside has a point of the surface near it. If the tetrahedron of these and of the corners
 // inside is within the solid, a point of the piece is at most as far from it as the farthest corner is: mixed
 // alike, they give a point for every point. It is drawn in by what the limit leaves, off the surface.
-bool ExcessProof::is_within_solid(const Tetrahedron& piece, std::uint32_t hint) const {
-  Tetrahedron held = piece;
+bool ExcessProof::is_within_solid(Piece& piece) const {
+  Tetrahedron held = piece.points();
   double moved = 0.0;
-  std::uint32_t triangle = hint;
-  for (Vector3& p : held) {
-    const double distance = std::sqrt(surface_.nearest(p, triangle));
-    const double clearance = distance - surface_.blur() - margin_;
-    if (clearance > 0.0 && solid_.is_inside(p, clearance)) continue;
-    moved = std::max(moved, distance);
-    p = surface_.closest(p, triangle);
+  for (std::size_t i = 0; i < 4; ++i) {
+    Corner& corner = piece.corners[i];
+    const double clearance = corner.distance - surface_.blur() - margin_;
+    if (!corner.is_inside) corner.is_inside = clearance > 0.0 && solid_.is_inside(corner.p, clearance);
+    if (*corner.is_inside) continue;
+    moved = std::max(moved, corner.distance);
+    held[i] = surface_.closest(corner.p, corner.triangle);
   }
   const double slack = limit_ - moved - 2.0 * margin_;
   if (!(slack > 0.0)) return false;
@@ -157,16 +176,23 @@ bool ExcessProof::is_beside(const Tetrahedron& piece) const {
   return (high - region_->low).minCoeff() < 0.0 || (region_->high - low).minCoeff() < 0.0;
 }
 
-bool ExcessProof::is_beyond(const Vector3& p, std::uint32_t triangle) {
-  const double distance =
-      is_in(region_, p) ? std::sqrt(surface_.nearest(p, triangle)) - surface_.blur() : 0.0;
-  if (distance <= limit_ || solid_.is_inside(p, distance)) return false;
-  beyond_ = p;
+bool ExcessProof::is_beyond(const Corner& corner) {
+  const double distance = is_in(region_, corner.p) ? corner.distance - surface_.blur() : 0.0;
+  if (distance <= limit_ || solid_.is_inside(corner.p, distance)) return false;
+  beyond_ = corner.p;
   return true;
 }
 
-ExcessProof::Finding ExcessProof::look_at(const Tetrahedron& piece, std::uint32_t& hint) {
+void ExcessProof::find_nearest(Corner& corner, std::uint32_t hint) const {
+  if (corner.distance >= 0.0) return;
+  corner.triangle = hint;
+  corner.distance = std::sqrt(surface_.nearest(corner.p, corner.triangle));
+}
+
+ExcessProof::Finding ExcessProof::look_at(Piece& now) {
   ++pieces_;
+  const Tetrahedron piece = now.points();
+  std::uint32_t& hint = now.hint;
   if (is_beside(piece) || is_within_one(piece, hint)) return Finding::within;
   const Vector3 middle = 0.25 * (piece[0] + piece[1] + piece[2] + piece[3]);
   double radius = 0.0;
@@ -183,55 +209,53 @@ ExcessProof::Finding ExcessProof::look_at(const Tetrahedron& piece, std::uint32_
     }
     return Finding::open;
   }
-  for (const Vector3& p : piece) {
-    std::uint32_t triangle = hint;
-    surface_.nearest(p, triangle);
-    if (triangle != hint && is_within_one(piece, triangle)) return Finding::within;
+  for (Corner& corner : now.corners) {
+    find_nearest(corner, hint);
+    if (corner.triangle != hint && is_within_one(piece, corner.triangle)) return Finding::within;
   }
-  if (is_within_solid(piece, hint)) return Finding::within;
-  return std::any_of(piece.begin(), piece.end(), [&](const Vector3& p) { return is_beyond(p, hint); })
+  if (is_within_solid(now)) return Finding::within;
+  return std::any_of(now.corners.begin(), now.corners.end(),
+                     [&](const Corner& corner) { return is_beyond(corner); })
              ? Finding::beyond
              : Finding::open;
 }
 
 std::string ExcessProof::prove(const Hull& hull, const std::array<Vector3, 8>& vertices, double limit,
                                const CoverClaim::Region* region) {
-  struct Open {
-    Tetrahedron piece;
-    std::uint32_t hint;
-  };
   // Limit and region hold for all pieces of this hexahedron.
   limit_ = limit;
   region_ = region;
   const std::size_t stop = pieces_ + most_pieces_;
   Vector3 middle = Vector3::Zero();
   for (const Vector3& p : vertices) middle += 0.125 * p;
-  std::vector<Open> open;  // fans over the facets, from a point within
+  std::vector<Piece> open;  // fans over the facets, from a point within
   for (const FacetPlane& facet : hull.planes)
     for (std::size_t i = 2; i < facet.corners.size(); ++i)
-      open.push_back(
-          {{middle, vertices[facet.corners[0]], vertices[facet.corners[i - 1]], vertices[facet.corners[i]]},
-           0});
+      open.push_back({{Corner{middle}, Corner{vertices[facet.corners[0]]},
+                       Corner{vertices[facet.corners[i - 1]]}, Corner{vertices[facet.corners[i]]}},
+                      0});
   // Branch and bound: a piece is within the limit, beyond it, or split.
   while (!open.empty()) {
-    Open now = open.back();
+    Piece now = open.back();
     open.pop_back();
-    const Finding finding = look_at(now.piece, now.hint);
+    const Finding finding = look_at(now);
     if (finding == Finding::beyond) return "is farther than claimed at " + text_of(beyond_) + " m";
     if (finding == Finding::within) continue;
-    if (pieces_ > stop) return "takes too many pieces to bound, about " + text_of(now.piece[0]) + " m";
+    if (pieces_ > stop) return "takes too many pieces to bound, about " + text_of(now.corners[0].p) + " m";
     // The longest edge is halved, so that pieces do not become slivers.
-    int a = 0, b = 1;
-    for (int i = 0; i < 4; ++i)
-      for (int j = i + 1; j < 4; ++j)
-        if (norm(now.piece[i] - now.piece[j]) > norm(now.piece[a] - now.piece[b])) {
+    std::size_t a = 0, b = 1;
+    const Tetrahedron piece = now.points();
+    for (std::size_t i = 0; i < 4; ++i)
+      for (std::size_t j = i + 1; j < 4; ++j)
+        if (norm(piece[i] - piece[j]) > norm(piece[a] - piece[b])) {
           a = i;
           b = j;
         }
-    const Vector3 half = 0.5 * (now.piece[a] + now.piece[b]);
-    Open other = now;
-    now.piece[a] = half;
-    other.piece[b] = half;
+    Corner half{0.5 * (piece[a] + piece[b])};
+    find_nearest(half, now.hint);
+    Piece other = now;
+    now.corners[a] = half;
+    other.corners[b] = half;
     open.push_back(now);
     open.push_back(other);
   }

@@ -30,14 +30,27 @@ class ExcessProof {
  private:
   using Tetrahedron = std::array<Vector3, 4>;
   enum class Finding { within, beyond, open };
-  Finding look_at(const Tetrahedron& piece, std::uint32_t& hint);
+  /// What is known of a corner: pieces that meet in it share that.
+  struct Corner {
+    Vector3 p = Vector3::Zero();
+    std::uint32_t triangle = 0;  ///< the nearest to it
+    double distance = -1.0;      ///< to that [m]; below 0: not asked yet
+    std::optional<bool> is_inside = {};
+  };
+  struct Piece {
+    std::array<Corner, 4> corners;
+    std::uint32_t hint;
+    Tetrahedron points() const { return {corners[0].p, corners[1].p, corners[2].p, corners[3].p}; }
+  };
+  Finding look_at(Piece& piece);
+  void find_nearest(Corner& corner, std::uint32_t hint) const;
   bool is_within_one(const Tetrahedron& piece, std::uint32_t triangle) const;
-  bool is_within_solid(const Tetrahedron& piece, std::uint32_t hint) const;
+  bool is_within_solid(Piece& piece) const;
   std::optional<std::vector<std::uint32_t>> met_by(const Tetrahedron& piece) const;
   std::size_t groups_of_backs(const Vector3& from, const std::vector<std::uint32_t>& met) const;
   bool is_solid(const Tetrahedron& piece) const;
   bool is_beside(const Tetrahedron& piece) const;
-  bool is_beyond(const Vector3& p, std::uint32_t triangle);
+  bool is_beyond(const Corner& corner);
 
   const TriangleBoxes& surface_;
   const SolidSide& solid_;

@@ -192,10 +192,22 @@ bool SolidSide::is_before(std::uint32_t triangle, const Vector3& p) const {
                           p) > 0;
 }
 
+namespace {
+
+// Whether all are in one plane across an axis.
+bool is_level(const Vector3& a, const Vector3& b, const Vector3& c, const Vector3& p) {
+  for (int axis = 0; axis < 3; ++axis)
+    if (p(axis) == a(axis) && p(axis) == b(axis) && p(axis) == c(axis)) return true;
+  return false;
+}
+
+}  // namespace
+
 bool SolidSide::is_all_on(std::uint32_t plane, std::uint32_t triangle, int sign) const {
   const Vector3 a = boxes_.corner(plane, 0), b = boxes_.corner(plane, 1), c = boxes_.corner(plane, 2);
   for (int i = 0; i < 3; ++i) {
     const Vector3 p = boxes_.corner(triangle, i);
+    if (p == a || p == b || p == c || is_level(a, b, c, p)) continue;  // on it
     int height = sure_height_sign(a, b, c, p);
     if (height == 0)
       height = height_sign(grid_.on_grid(a), grid_.on_grid(b), grid_.on_grid(c), grid_.on_grid(p));
