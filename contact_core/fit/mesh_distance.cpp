@@ -65,7 +65,13 @@ bool is_between(const Vector3& axis, const std::array<Vector3, 4>& t, const std:
   return u_low - t_high > room * length || t_low - u_high > room * length;
 }
 
-bool are_apart(const std::array<Vector3, 4>& t, const std::array<Vector3, 3>& u, double room) {
+// As the box about the tetrahedron tells, and the axes of both.
+bool are_apart(const std::array<Vector3, 4>& t, const Bounds& box, const std::array<Vector3, 3>& u,
+               double room) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (std::min({u[0][axis], u[1][axis], u[2][axis]}) > box.high[axis] + room) return true;
+    if (std::max({u[0][axis], u[1][axis], u[2][axis]}) < box.low[axis] - room) return true;
+  }
   constexpr std::array<std::array<int, 3>, 4> kFaces = {{{0, 1, 2}, {0, 1, 3}, {0, 2, 3}, {1, 2, 3}}};
   if (is_between(cross(u[1] - u[0], u[2] - u[0]), t, u, room)) return true;
   for (const auto& f : kFaces)
@@ -369,7 +375,7 @@ bool MeshDistance::is_solid(const std::array<Vector3, 4>& tetrahedron) const {
   std::array<Facing, kMostMet> met;
   std::size_t count = 0;
   const bool are_few = all_near(box, room, [&](const Corners& t) {
-    if (are_apart(tetrahedron, {t.a, t.b, t.c}, room)) return true;
+    if (are_apart(tetrahedron, box, {t.a, t.b, t.c}, room)) return true;
     if (count == kMostMet) return false;
     met[count++] = facing_of({t.a, t.b, t.c}, room);
     return true;
