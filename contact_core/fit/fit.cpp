@@ -93,25 +93,21 @@ class Measures {
   }
 
   Fit fit(const std::vector<SixPlanes>& solids) const {
+    std::vector<Measured> all;
+    for (const SixPlanes& solid : solids) all.push_back({view_.corners(solid), about_prism(solid), {}});
+    measure(all, options_.over, nullptr);
     Fit fit;
-    fit.region_excess.assign(options_.regions.size(), 0.0);
-    for (std::size_t i = 0; i < solids.size(); ++i) {
-      const std::array<Vector3, 8> vertices = view_.corners(solids[i]);
-      const double about = about_prism(solids[i]);
-      const bool is_slab = about <= least_over(vertices);
-      const ExcessBound whole = is_slab ? ExcessBound{0.0, about, vertices[0]}
-                                        : bound(vertices, options_.over, fit.excess, nullptr);
-      fit.hexahedra.push_back({vertices, whole.most, whole.where});
-      fit.excess = std::max(fit.excess, whole.most);
-      for (std::size_t r = 0; r < options_.regions.size(); ++r) {
-        if (!touches(vertices, options_.regions[r].box)) continue;
-        double& most = fit.region_excess[r];
-        most = std::max(
-            most,
-            is_slab ? about : bound(vertices, options_.regions[r].over, most, &options_.regions[r].box).most);
-      }
-      if (options_.progress)
-        options_.progress("measure", static_cast<double>(i + 1) / static_cast<double>(solids.size()));
+    for (const Measured& each : all) {
+      fit.hexahedra.push_back({each.vertices, each.bound.most, each.bound.where});
+      fit.excess = std::max(fit.excess, each.bound.most);
+    }
+    for (const FitRegion& region : options_.regions) {
+      std::vector<Measured> near;
+      for (const Measured& each : all)
+        if (touches(each.vertices, region.box)) near.push_back(each);
+      measure(near, region.over, &region.box);
+      double& most = fit.region_excess.emplace_back(0.0);
+      for (const Measured& each : near) most = std::max(most, each.bound.most);
     }
     return fit;
   }
@@ -151,17 +147,40 @@ class Measures {
     return std::nullopt;
   }
 
-  // To a thirty-second of what is asked, unless it is less than half of the largest known.
-  ExcessBound bound(const std::array<Vector3, 8>& vertices, double over, double largest,
-                    const Bounds* box) const {
-    const ExcessBound coarse = bound_excess(mesh_, vertices, over / 4.0, 0.0, box);
-    if (coarse.most <= 0.5 * largest) return coarse;
-    const ExcessBound bound = bound_excess(mesh_, vertices, over / 32.0, 0.0, box);
-    if (!(bound.most > over && bound.least < over)) return bound;
-    return bound_excess(mesh_, vertices, over / kClosest, over, box);  // closer, to tell
+  struct Measured {
+    std::array<Vector3, 8> vertices;
+    double about;  // no point of it is farther, as one prism tells
+    ExcessBound bound;
+  };
+
+  // The largest to a thirty-second of what is asked, the others to an eighth, or to what is sure not to be
+  // larger.
+  void measure(std::vector<Measured>& all, double over, const Bounds* box) const {
+    double least = 0.0;  // of the largest
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      Measured& each = all[i];
+      each.bound = is_slab(each) ? ExcessBound{0.0, each.about, each.vertices[0]}
+                                 : bound_excess(mesh_, each.vertices, over / kCoarse, 0.0, box);
+      least = std::max(least, each.bound.least);
+      if (options_.progress)
+        options_.progress("measure", static_cast<double>(i + 1) / static_cast<double>(all.size()));
+    }
+    for (Measured& each : all) {
+      // A point that is farther than all before stops the bound; the next one goes on from there.
+      while (!is_slab(each) && each.bound.most > least + over / kFine) {
+        each.bound = bound_excess(mesh_, each.vertices, over / kFine, least + over / kFine, box);
+        if (each.bound.least <= least) break;
+        least = each.bound.least;
+      }
+      if (each.bound.most > over && each.bound.least < over)  // closer, to tell
+        each.bound = bound_excess(mesh_, each.vertices, over / kClosest, over, box);
+    }
   }
 
-  static constexpr double kClosest = 512.0;  // of what is asked: to tell whether it is kept to
+  bool is_slab(const Measured& each) const { return each.about <= least_over(each.vertices); }
+
+  static constexpr double kCoarse = 8.0, kFine = 32.0;  // of what is asked
+  static constexpr double kClosest = 512.0;             // of what is asked: to tell whether it is kept to
   const View& view_;
   const MeshDistance& mesh_;
   const FitOptions& options_;
@@ -182,6 +201,7 @@ struct Start {
 constexpr std::array<Start, 6> kStarts = {
     {{0.96, 0.0}, {0.98, 0.25}, {0.96, 0.5}, {0.98, 0.0}, {0.96, 0.75}, {0.98, 0.5}}};
 constexpr double kVisitsARepair = 1.25e6;  // that a try may take on average for others to follow it
+constexpr std::size_t kAny = static_cast<std::size_t>(-1);  // number of hexahedra
 constexpr std::array<double, 3> kSmallerShares = {0.9, 0.8, 0.65};
 
 // The parts of a mesh that have a cover of a known form.
@@ -190,8 +210,9 @@ struct Parts {
   std::vector<Prism> prisms;
 };
 
-Fit fit_within(const View& view, const Parts& parts, const FitOptions& options, const Start& start,
-               std::uint64_t& visits) {
+// Nothing where more than `most` hexahedra are found: these are not measured.
+std::optional<Fit> fit_within(const View& view, const Parts& parts, const FitOptions& options,
+                              const Start& start, std::size_t most, std::uint64_t& visits) {
   const MeshDistance& mesh = view.turned;
   const double share = start.share;
   const std::vector<LimitBox> boxes =
@@ -208,10 +229,12 @@ Fit fit_within(const View& view, const Parts& parts, const FitOptions& options, 
   CoverSearch search(mesh, cells, space, share * options.over, sectors, parts.prisms, effort, progress);
   const double margin = 0x1p-45 * mesh.largest_coordinate();
   Measures measures(view, options, parts.prisms);
-  Fit fit = measures.fit(search.run(options.over / 64.0, margin,
-                                    [&](const SixPlanes& solid) { return measures.refused(solid); }));
-  fit.pieces = cells.size();
+  const std::vector<SixPlanes> solids = search.run(
+      options.over / 64.0, margin, [&](const SixPlanes& solid) { return measures.refused(solid); });
   visits += space.visits();
+  if (solids.size() > most) return std::nullopt;
+  Fit fit = measures.fit(solids);
+  fit.pieces = cells.size();
   return fit;
 }
 
@@ -228,14 +251,15 @@ Fit fit_in(const View& view, const FitOptions& options) {
   for (int i = 0; i < options.tries; ++i) {
     // Another try takes what the tries so far took on average.
     if (best && static_cast<double>(visits) * (i + 1) / i > budget) break;
-    Fit fit = fit_within(view, parts, options, kStarts[i % kStarts.size()], visits);
-    if (keeps_to(fit, options) && (!best || is_better(fit, *best))) best = std::move(fit);
+    std::optional<Fit> fit = fit_within(view, parts, options, kStarts[i % kStarts.size()],
+                                        best ? best->hexahedra.size() : kAny, visits);
+    if (fit && keeps_to(*fit, options) && (!best || is_better(*fit, *best))) best = std::move(fit);
   }
   if (best) return *std::move(best);
   // The search filters; where that let something through, it looks again with less to spend.
   for (const double share : kSmallerShares) {
-    Fit fit = fit_within(view, parts, options, {share, 0.0}, visits);
-    if (keeps_to(fit, options)) return fit;
+    std::optional<Fit> fit = fit_within(view, parts, options, {share, 0.0}, kAny, visits);
+    if (keeps_to(*fit, options)) return *std::move(fit);
   }
   reject("fit", "no cover within " + figure(options.over) + " m was found");
 }
