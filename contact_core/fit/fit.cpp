@@ -66,6 +66,7 @@ struct View {
   const MeshDistance& turned;  // the same one where it is not
   std::optional<Matrix3> axes = {};
 
+  Matrix3 turning() const { return axes ? *axes : Matrix3(Matrix3::Identity()); }
   Vector3 there(const Vector3& p) const { return axes ? rotate(*axes, p) : p; }
   std::array<Vector3, 8> corners(const SixPlanes& solid) const {
     std::array<Vector3, 8> vertices = solid.corners();
@@ -215,11 +216,10 @@ std::optional<Fit> fit_within(const View& view, const Parts& parts, const FitOpt
                               const Start& start, std::size_t most, std::uint64_t& visits) {
   const MeshDistance& mesh = view.turned;
   const double share = start.share;
-  const std::vector<LimitBox> boxes =
-      limit_boxes(options, share, view.axes ? *view.axes : Matrix3(Matrix3::Identity()));
+  const std::vector<LimitBox> boxes = limit_boxes(options, share, view.turning());
   AllowedSpace space(mesh, share * options.over, boxes);
   if (options.progress) options.progress("cut", 0.0);
-  const std::vector<Sectors> sectors = fit::sectors_about_bores(parts.rounds, space);
+  const std::vector<Sectors> sectors = fit::sectors_about_bores(mesh, parts.rounds, space);
   const Cells cells(mesh, space, share * options.over, sectors, start.shift, parts.prisms);
   fit::SearchEffort effort;
   effort.repairs = options.repairs;
@@ -244,7 +244,8 @@ bool is_better(const Fit& fit, const Fit& than) {
 }
 
 Fit fit_in(const View& view, const FitOptions& options) {
-  const Parts parts = {find_round_parts(view.turned), fit::find_prisms(view.turned, options.over)};
+  const std::vector<LimitBox> boxes = limit_boxes(options, 1.0, view.turning());
+  const Parts parts = {find_round_parts(view.turned), fit::find_prisms(view.turned, options.over, boxes)};
   const double budget = kVisitsARepair * options.repairs * options.tries;
   std::optional<Fit> best;
   std::uint64_t visits = 0;

@@ -6,6 +6,7 @@
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/tests/fit/meshes.hpp"
+#include "touchstone/tests/fit/random_shells.hpp"
 
 namespace touchstone {
 namespace {
@@ -202,6 +203,28 @@ TEST(CoverProof, NoErrorIsProvenThatAPointBetweenWallsOnAGridExceeds) {
     const CoverClaim claim = claim_of({box_vertices({0, 0, 0}, {4, 4, 4})}, 0.2);
     EXPECT_FALSE(check_cover(mesh, claim, 100000).is_proven) << round;
   }
+}
+
+// One hexahedron about slanted shells that cross themselves and each other, claimed to 0.95 of what is seen.
+TEST(CoverProof, NoErrorIsProvenThatAPointBetweenCrossingShellsExceeds) {
+  std::size_t claims = 0;
+  for (std::uint64_t round = 0; round < 60; ++round) {
+    test::RandomShells random(8000 + round);
+    const TriangleMesh mesh = random.mesh();
+    const MeshDistance distance(weld(mesh));
+    const Bounds& box = distance.bounds();
+    double seen = 0.0;
+    for (int k = 0; k < 1000; ++k) {
+      const Vector3 p = random.within(box.low, box.high);
+      if (std::abs(test::winding_by_angles(mesh, p)) < 0.01)
+        seen = std::max(seen, distance.nearest(p).distance);
+    }
+    if (seen < 0.01 || (box.high - box.low).minCoeff() < 0.01) continue;
+    ++claims;
+    const CoverClaim claim = claim_of({box_vertices(box.low, box.high)}, 0.95 * seen);
+    EXPECT_FALSE(check_cover(mesh, claim, 50000).is_proven) << round;
+  }
+  EXPECT_GT(claims, 30U);
 }
 
 TEST(CoverProof, ATriangleWithoutAreaIsASegment) {

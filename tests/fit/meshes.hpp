@@ -74,4 +74,24 @@ inline TriangleMesh tube_mesh(double inner, double outer, double height, int fac
   return mesh;
 }
 
+/// A cone about z from z = 0 up, of `facets` facets with their corners on the circles; `top` 0: to a tip.
+inline TriangleMesh cone_mesh(double radius, double top, double height, int facets) {
+  const auto at = [&](double r, int i, double z) {
+    const double angle = 2.0 * std::numbers::pi * (i % facets) / facets;
+    return Vector3(r * std::cos(angle), r * std::sin(angle), z);
+  };
+  TriangleMesh mesh;
+  const auto append_triangle = [&](const Vector3& a, const Vector3& b, const Vector3& c) {
+    append(mesh, {{a, b, c}, {{0, 1, 2}}});
+  };
+  for (int i = 0; i < facets; ++i) {
+    append_triangle(at(radius, i + 1, 0), at(radius, i, 0), Vector3::Zero());
+    append_triangle(at(radius, i, 0), at(radius, i + 1, 0), at(top, i + 1, height));
+    if (top == 0.0) continue;
+    append_triangle(at(radius, i, 0), at(top, i + 1, height), at(top, i, height));
+    append_triangle(at(top, i, height), at(top, i + 1, height), {0, 0, height});
+  }
+  return mesh;
+}
+
 }  // namespace touchstone::test

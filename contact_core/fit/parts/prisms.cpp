@@ -10,14 +10,18 @@
 namespace touchstone::fit {
 namespace {
 
-constexpr double kRoom = 1.0 / 512.0;  // of the limit: what corners may be off
-constexpr double kLeastSine = 0.25;    // of a slab's sides to its levels: SixPlanes takes 0.2
-constexpr std::size_t kMostAxes = 64;  // tried of a shell
+constexpr double kRoom = 1.0 / 512.0;   // of the limit: what corners may be off
+constexpr double kLeastSine = 0.15;     // of a slab's sides to its levels
+constexpr std::size_t kMostAxes = 64;   // tried of a shell
+constexpr std::size_t kMostSteps = 16;  // along an axis of a shell
+constexpr double kSurely = 0.9;         // of the limit: what slabs of one strip may take
+constexpr double kTip = 0.25;           // of the limit, from the middle: the end that slabs have at a tip
 
-using Point = std::array<double, 2>;
+using Point = Prism::Point;
 
 struct Shell {
   std::vector<std::uint32_t> triangles;
+  std::vector<Vector3> corners;  // three a triangle
   Bounds box;
   double volume = 0.0;  // negative: inside out
 };
@@ -29,7 +33,10 @@ std::vector<Shell> closed_shells(const MeshDistance& distance) {
     const std::uint32_t shell = distance.shells().shell_of_triangle[t];
     if (distance.shells().is_closed[shell] == 0) continue;
     shells[shell].triangles.push_back(t);
-    for (const std::uint32_t corner : mesh.triangles[t]) shells[shell].box.add(mesh.vertices[corner]);
+    for (const std::uint32_t corner : mesh.triangles[t]) {
+      shells[shell].corners.push_back(mesh.vertices[corner]);
+      shells[shell].box.add(mesh.vertices[corner]);
+    }
     const Vector3 foot = mesh.vertices[mesh.triangles[t][0]] - distance.bounds().low;
     shells[shell].volume += dot(foot, area_vector(mesh, t)) / 6.0;
   }
@@ -98,7 +105,11 @@ void choose_up(Prism& prism, double room) {
   const Vector3 side = best[0] * prism.side - best[1] * prism.up;
   prism.up = up;
   prism.side = side;
-  for (Point& p : prism.section) p = {best[0] * p[0] + best[1] * p[1], best[0] * p[1] - best[1] * p[0]};
+  const auto turned = [&best](const Point& p) {
+    return Point{best[0] * p[0] + best[1] * p[1], best[0] * p[1] - best[1] * p[0]};
+  };
+  for (Point& p : prism.section) p = turned(p);
+  prism.leans = turned(prism.leans);
   // Corners of one level may be a rounding apart: the strips' borders are a little above the lowest.
   for (std::size_t i = 1; i + 1 < fewest.size(); ++i) prism.borders.push_back(fewest[i] + 0.5 * room);
 }
@@ -117,13 +128,13 @@ bool has_blunt_edges(const std::vector<Point>& section) {
 }
 
 // Whether each triangle is of one end, or on one edge of the section: nothing of the shell then is inside.
-bool has_plane_sides(const TriangleMesh& mesh, const Shell& shell, const Prism& prism, double room) {
+bool has_plane_sides(const Shell& shell, const Prism& prism, double room) {
   const std::vector<Point>& section = prism.section;
-  return std::all_of(shell.triangles.begin(), shell.triangles.end(), [&](std::uint32_t t) {
+  const auto is_on_a_side = [&](std::size_t t) {
     std::array<Point, 3> flat;
     int low = 0, high = 0;
-    for (int i = 0; i < 3; ++i) {
-      const Vector3& p = mesh.vertices[mesh.triangles[t][i]];
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Vector3& p = shell.corners[t + i];
       flat[i] = {dot(prism.up, p), dot(prism.side, p)};
       low += dot(prism.axis, p) - prism.low <= room ? 1 : 0;
       high += prism.high - dot(prism.axis, p) <= room ? 1 : 0;
@@ -137,29 +148,29 @@ bool has_plane_sides(const TriangleMesh& mesh, const Shell& shell, const Prism& 
         return true;
     }
     return false;
-  });
+  };
+  for (std::size_t t = 0; t < shell.corners.size(); t += 3)
+    if (!is_on_a_side(t)) return false;
+  return true;
 }
 
 // A prism without a section yet.
-Prism frame_along(const TriangleMesh& mesh, const Shell& shell, const Vector3& axis, double room) {
+Prism frame_along(const Shell& shell, const Vector3& axis, double over) {
   Prism prism{};
   prism.axis = axis;
   prism.low = kInfinity;
   prism.high = -prism.low;
-  for (const std::uint32_t t : shell.triangles) {
-    for (const std::uint32_t corner : mesh.triangles[t]) {
-      const double at = dot(axis, mesh.vertices[corner]);
-      prism.low = std::min(prism.low, at);
-      prism.high = std::max(prism.high, at);
-    }
+  for (const Vector3& p : shell.corners) {
+    prism.low = std::min(prism.low, dot(axis, p));
+    prism.high = std::max(prism.high, dot(axis, p));
   }
   const Vector3 hint = std::abs(axis.x()) < 0.7 ? Vector3::UnitX() : Vector3::UnitY();
   prism.up = hint - dot(hint, axis) * axis;
   prism.up /= norm(prism.up);
   prism.side = cross(axis, prism.up);
   prism.box = shell.box;
-  prism.room = room;
-  prism.triangles = shell.triangles;
+  prism.over = over;
+  prism.room = kRoom * over;
   return prism;
 }
 
@@ -172,43 +183,262 @@ double length_around(const std::vector<Point>& section) {
   return around;
 }
 
-// Along the axis all corners are at two heights, and their hull is as large as the shell.
-std::optional<Prism> prism_along(const TriangleMesh& mesh, const Shell& shell, const Vector3& axis,
-                                 double over) {
-  const double room = kRoom * over;
-  Prism prism = frame_along(mesh, shell, axis, room);
-  const double length = prism.high - prism.low;
-  if (length < kThick * over) return std::nullopt;
-  // Seen along the axis the corners of both ends have one hull.
-  std::vector<Point> corners;
-  for (const std::uint32_t t : shell.triangles) {
-    for (const std::uint32_t corner : mesh.triangles[t]) {
-      const Vector3& p = mesh.vertices[corner];
-      if (std::min(dot(axis, p) - prism.low, prism.high - dot(axis, p)) > room) return std::nullopt;
-      corners.push_back({dot(prism.up, p), dot(prism.side, p)});
-    }
-  }
-  prism.section = hull_of(std::move(corners), room);
-  if (prism.section.size() < 3 || !has_blunt_edges(prism.section)) return std::nullopt;
-  // A frustum's sides are on no edge of it, and its volume is another.
-  if (!has_plane_sides(mesh, shell, prism, room)) return std::nullopt;
-  const double area = area_of(prism.section),
-               off = 2.0 * room * (area + length_around(prism.section) * length);
-  if (std::abs(area * length - shell.volume) > off) return std::nullopt;
-  choose_up(prism, room);
-  return prism;
-}
-
 // Between parallel lines at the section's corners: no convex polygon is thinner than between its edges.
-double thickness(const Prism& prism) {
-  double least = kInfinity;
-  for (std::size_t i = 0; i < prism.section.size(); ++i) {
-    const Point &a = prism.section[i], &b = prism.section[(i + 1) % prism.section.size()];
+double thickness(const std::vector<Point>& section) {
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < section.size(); ++i) {
+    const Point &a = section[i], &b = section[(i + 1) % section.size()];
     double most = 0.0;
-    for (const Point& p : prism.section) most = std::max(most, turn(a, b, p));
+    for (const Point& p : section) most = std::max(most, turn(a, b, p));
     least = std::min(least, most / std::hypot(b[0] - a[0], b[1] - a[1]));
   }
   return least;
+}
+
+// Along the axis all corners are at two heights: those seen along it, of each end.
+std::optional<std::array<std::vector<Point>, 2>> ends_of(const Shell& shell, const Prism& frame) {
+  std::array<std::vector<Point>, 2> ends;
+  for (const Vector3& p : shell.corners) {
+    const double above = dot(frame.axis, p) - frame.low, below = frame.high - dot(frame.axis, p);
+    if (std::min(above, below) > frame.room) return std::nullopt;
+    ends[above > frame.room ? 1 : 0].push_back({dot(frame.up, p), dot(frame.side, p)});
+  }
+  return ends;
+}
+
+// A right prism: the corners of both ends have one hull, which is as large as the shell.
+std::optional<Prism> right_prism(const Shell& shell, Prism prism,
+                                 const std::array<std::vector<Point>, 2>& ends) {
+  const double length = prism.high - prism.low, room = prism.room;
+  std::vector<Point> corners = ends[0];
+  corners.insert(corners.end(), ends[1].begin(), ends[1].end());
+  prism.section = hull_of(std::move(corners), room);
+  if (prism.section.size() < 3 || !has_blunt_edges(prism.section)) return std::nullopt;
+  // A frustum's sides are on no edge of it, and its volume is another.
+  if (!has_plane_sides(shell, prism, room)) return std::nullopt;
+  const double area = area_of(prism.section),
+               off = 2.0 * room * (area + length_around(prism.section) * length);
+  if (std::abs(area * length - shell.volume) > off) return std::nullopt;
+  return prism;
+}
+
+// The middle of a polygon's area.
+Point middle_of(const std::vector<Point>& polygon) {
+  Point sum = {0.0, 0.0};
+  for (std::size_t i = 2; i < polygon.size(); ++i) {
+    const double twice = turn(polygon[0], polygon[i - 1], polygon[i]);
+    for (int k = 0; k < 2; ++k) sum[k] += twice * (polygon[0][k] + polygon[i - 1][k] + polygon[i][k]) / 6.0;
+  }
+  const double area = area_of(polygon);
+  return {sum[0] / area, sum[1] / area};
+}
+
+// Whether each triangle is of one end or on one of its sides, and nothing of the shell is outside of these.
+bool has_tapered_sides(const Shell& shell, const Prism& prism) {
+  std::vector<Plane> sides;
+  for (std::size_t i = 0; i < prism.section.size(); ++i) {
+    const Point &a = prism.section[i], &b = prism.section[(i + 1) % prism.section.size()];
+    const double length = std::hypot(b[0] - a[0], b[1] - a[1]);
+    const Point across = {(b[1] - a[1]) / length, -(b[0] - a[0]) / length};
+    sides.push_back(prism.plane_through(across, across[0] * a[0] + across[1] * a[1]));
+  }
+  for (std::size_t t = 0; t < shell.corners.size(); t += 3) {
+    const std::span<const Vector3> corners = std::span(shell.corners).subspan(t, 3);
+    const auto are_all = [&](const auto& is_there) {
+      return std::all_of(corners.begin(), corners.end(), is_there);
+    };
+    bool is_on_one =
+        are_all([&](const Vector3& p) { return dot(prism.axis, p) - prism.low <= prism.room; }) ||
+        are_all([&](const Vector3& p) { return prism.high - dot(prism.axis, p) <= prism.room; });
+    for (const Plane& side : sides) {
+      if (!are_all([&](const Vector3& p) { return side.signed_distance(p) <= prism.room; })) return false;
+      is_on_one =
+          is_on_one || are_all([&](const Vector3& p) { return side.signed_distance(p) >= -prism.room; });
+    }
+    if (!is_on_one) return false;
+  }
+  return true;
+}
+
+// Where a place in the section is at one of the ends.
+Vector3 place_of(const Prism& prism, const Point& q, bool is_high) {
+  if (!is_high) return q[0] * prism.up + q[1] * prism.side + prism.low * prism.axis;
+  const double share = 1.0 - prism.narrows;
+  return (share * q[0] + prism.leans[0]) * prism.up + (share * q[1] + prism.leans[1]) * prism.side +
+         prism.high * prism.axis;
+}
+
+// The closed shell that it is.
+TriangleMesh mesh_of(const Prism& prism) {
+  TriangleMesh mesh;
+  const auto count = static_cast<std::uint32_t>(prism.section.size());
+  for (const Point& q : prism.section)
+    for (const bool is_high : {false, true}) mesh.vertices.push_back(place_of(prism, q, is_high));
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const std::uint32_t a = 2 * i, b = 2 * ((i + 1) % count);
+    mesh.triangles.push_back({a, b, b + 1});
+    mesh.triangles.push_back({a, b + 1, a + 1});
+    if (i == 0 || i + 1 == count) continue;
+    mesh.triangles.push_back({0, b, a});
+    mesh.triangles.push_back({1, a + 1, b + 1});
+  }
+  return mesh;
+}
+
+// A tapered one, the larger end at `low`: the smaller one is like it, or a point.
+std::optional<Prism> tapered_prism(const Shell& shell, Prism prism,
+                                   const std::array<std::vector<Point>, 2>& ends) {
+  const double length = prism.high - prism.low, room = prism.room;
+  prism.section = hull_of(ends[0], room);
+  if (prism.section.size() < 3 || !has_blunt_edges(prism.section)) return std::nullopt;
+  // Both sections' areas and middles tell how one becomes the other.
+  const double area = area_of(prism.section);
+  const Point middle = middle_of(prism.section);
+  const std::vector<Point> top = hull_of(ends[1], room);
+  const double top_area = top.size() < 3 ? 0.0 : area_of(top);
+  const Point top_middle = top_area > 0.0 ? middle_of(top) : ends[1].front();
+  if (top_area > area) return std::nullopt;
+  const double share = std::sqrt(top_area / area);
+  prism.narrows = 1.0 - share;
+  prism.leans = {top_middle[0] - share * middle[0], top_middle[1] - share * middle[1]};
+  if (!has_tapered_sides(shell, prism)) return std::nullopt;
+  const double volume = area * length * (1.0 + share + share * share) / 3.0,
+               off = 2.0 * room * (area + length_around(prism.section) * length);
+  if (std::abs(volume - shell.volume) > off) return std::nullopt;
+  // At a tip slabs stand a little off, as their ends need a width.
+  double reach = 0.0;
+  for (const Point& q : prism.section)
+    reach = std::max(reach, std::hypot(q[0] - middle[0], q[1] - middle[1]));
+  const double kept = std::max(share, std::min(kTip * prism.over / reach, 1.0));
+  prism.narrows = 1.0 - kept;
+  prism.leans = {top_middle[0] - kept * middle[0], top_middle[1] - kept * middle[1]};
+  prism.shell = std::make_shared<const MeshDistance>(weld(mesh_of(prism)));
+  return prism;
+}
+
+// Between borders of strips: corners of the section, and where the borders meet its edges, at both ends.
+std::vector<Vector3> corners_of_strip(const Prism& prism, std::size_t strip) {
+  const double bottom = strip == 0 ? prism.lowest() : prism.borders[strip - 1],
+               top = strip + 1 == prism.strips() ? prism.highest() : prism.borders[strip];
+  std::vector<Point> flat;
+  for (const Point& q : prism.section)
+    if (q[0] >= bottom && q[0] <= top) flat.push_back(q);
+  for (const double height : {bottom, top})
+    for (const double out : {-1.0, 1.0}) flat.push_back({height, prism.outermost(height, out)});
+  std::vector<Vector3> points;
+  for (const Point& q : flat)
+    for (const bool is_high : {false, true}) points.push_back(place_of(prism, q, is_high));
+  return points;
+}
+
+// Whether a slab a strip keeps to what is asked: then there is a cover of such.
+bool has_cover(const Prism& prism) {
+  for (std::size_t strip = 0; strip < prism.strips(); ++strip)
+    if (!prism.is_about(prism.slab(corners_of_strip(prism, strip), strip, strip), kSurely * prism.over))
+      return false;
+  return true;
+}
+
+// Right or tapered, and however thin.
+std::optional<Prism> prism_along(const Shell& shell, const Vector3& axis, double over) {
+  const Prism frame = frame_along(shell, axis, over);
+  const std::optional<std::array<std::vector<Point>, 2>> ends = ends_of(shell, frame);
+  if (!ends || (*ends)[0].empty() || (*ends)[1].empty()) return std::nullopt;
+  std::optional<Prism> prism = right_prism(shell, frame, *ends);
+  if (!prism) prism = tapered_prism(shell, frame, *ends);
+  if (!prism) return std::nullopt;
+  choose_up(*prism, prism->room);
+  prism->thickness = std::min(thickness(prism->section), prism->high - prism->low);
+  if (!has_cover(*prism)) return std::nullopt;
+  prism->triangles = shell.triangles;
+  for (std::size_t t = 0; t < shell.corners.size(); t += 3)
+    prism->surface.push_back({shell.corners[t], shell.corners[t + 1], shell.corners[t + 2]});
+  return prism;
+}
+
+// The heights along the axis at which a shell has corners, those within `room` as one; none where they are
+// many.
+std::vector<double> steps_of(const Shell& shell, const Vector3& axis, double room) {
+  std::vector<double> steps;
+  for (const Vector3& p : shell.corners) {
+    const double at = dot(axis, p);
+    const auto above = std::lower_bound(steps.begin(), steps.end(), at);
+    if (above != steps.end() && *above - at <= room) continue;
+    if (above != steps.begin() && at - *std::prev(above) <= room) continue;
+    if (steps.size() == kMostSteps) return {};
+    steps.insert(above, at);
+  }
+  return steps;
+}
+
+// What of the shell is between two of its steps: triangles that lie in one of them are left out.
+Shell slice_of(const Shell& shell, const Vector3& axis, double low, double high, double room) {
+  std::vector<Polygon> between;
+  for (std::size_t t = 0; t < shell.corners.size(); t += 3) {
+    Polygon triangle = {shell.corners[t], shell.corners[t + 1], shell.corners[t + 2]};
+    double bottom = std::numeric_limits<double>::infinity(), top = -bottom;
+    for (const Vector3& p : triangle) {
+      bottom = std::min(bottom, dot(axis, p));
+      top = std::max(top, dot(axis, p));
+    }
+    if (top - bottom > room && top > low + room && bottom < high - room)
+      between.push_back(std::move(triangle));
+  }
+  // Its volume is that which the sides have with what is across the axis: the ends have none.
+  Shell slice{shell.triangles, {}, {}, 0.0};
+  for (const Polygon& part : parts_of(parts_of(between, {axis, -low}, 1.0), {axis, -high}, -1.0)) {
+    for (std::size_t i = 2; i < part.size(); ++i) {
+      const Vector3 middle = (part[0] + part[i - 1] + part[i]) / 3.0 - shell.corners.front();
+      const Vector3 across = middle - dot(axis, middle) * axis;
+      slice.volume += 0.25 * dot(across, cross(part[i - 1] - part[0], part[i] - part[0]));
+      slice.corners.insert(slice.corners.end(), {part[0], part[i - 1], part[i]});
+    }
+  }
+  for (const Vector3& p : slice.corners) slice.box.add(p);
+  return slice;
+}
+
+// Gives each triangle that lies in a step to the slice at it that holds it. @return whether there always is
+// one
+bool give_flat_ones(const Shell& shell, const Vector3& axis, std::vector<Prism>& slices) {
+  for (std::size_t t = 0; t < shell.corners.size(); t += 3) {
+    const Polygon triangle = {shell.corners[t], shell.corners[t + 1], shell.corners[t + 2]};
+    const auto is_flat = [&](double at, double room) {
+      return std::all_of(triangle.begin(), triangle.end(),
+                         [&](const Vector3& p) { return std::abs(dot(axis, p) - at) <= room; });
+    };
+    bool is_at_step = false, is_given = false;
+    for (Prism& slice : slices) {
+      const double room = 2.0 * slice.room;  // steps are the first corner's height
+      for (const double end : {dot(slice.axis, axis) * slice.low, dot(slice.axis, axis) * slice.high}) {
+        if (is_given || !is_flat(end, room)) continue;
+        is_at_step = true;
+        if (!std::all_of(triangle.begin(), triangle.end(),
+                         [&](const Vector3& p) { return slice.distance(p) <= room; }))
+          continue;
+        slice.surface.push_back(triangle);
+        is_given = true;
+      }
+    }
+    if (is_at_step && !is_given) return false;
+  }
+  return true;
+}
+
+// A shell that steps along the axis, slice by slice.
+std::vector<Prism> stack_along(const Shell& shell, const Vector3& axis, double over) {
+  const double room = kRoom * over;
+  const std::vector<double> steps = steps_of(shell, axis, room);
+  std::vector<Prism> slices;
+  for (std::size_t i = 1; i < steps.size(); ++i) {
+    const Shell slice = slice_of(shell, axis, steps[i - 1], steps[i], room);
+    if (slice.corners.empty()) return {};
+    std::optional<Prism> prism = prism_along(slice, axis, over);
+    if (!prism) prism = prism_along(slice, -axis, over);
+    if (!prism) return {};
+    slices.push_back(*std::move(prism));
+  }
+  return give_flat_ones(shell, axis, slices) ? slices : std::vector<Prism>();
 }
 
 // From the middle of the corners at one end to that of those at the other: ends are small, and their
@@ -236,7 +466,13 @@ Vector3 refined(const TriangleMesh& mesh, const Shell& shell, const Vector3& axi
   return length > 0.0 && dot(along, axis) > 0.999 * length ? Vector3(along / length) : axis;
 }
 
-std::optional<Prism> prism_of(const TriangleMesh& mesh, const Shell& shell, double over) {
+bool are_thick(const std::vector<Prism>& prisms) {
+  return std::any_of(prisms.begin(), prisms.end(),
+                     [](const Prism& prism) { return prism.thickness >= kThick * prism.over; });
+}
+
+// One, or one of each step along an axis.
+std::vector<Prism> prisms_of(const TriangleMesh& mesh, const Shell& shell, double over) {
   std::vector<Vector3> tried;
   for (const std::uint32_t t : shell.triangles) {
     const Vector3 n = area_vector(mesh, t);
@@ -246,17 +482,35 @@ std::optional<Prism> prism_of(const TriangleMesh& mesh, const Shell& shell, doub
     if (std::any_of(tried.begin(), tried.end(),
                     [&](const Vector3& other) { return std::abs(dot(other, axis)) > 1.0 - 1e-9; }))
       continue;
-    if (tried.size() == kMostAxes) return std::nullopt;
+    if (tried.size() == kMostAxes) return {};
     tried.push_back(axis);
-    std::optional<Prism> prism = prism_along(mesh, shell, refined(mesh, shell, axis), over);
-    if (prism && thickness(*prism) >= kThick * over) return prism;
+    const Vector3 along = refined(mesh, shell, axis);
+    for (const Vector3& each : {along, Vector3(-along), axis, Vector3(-axis)})
+      if (std::optional<Prism> prism = prism_along(shell, each, over); prism && are_thick({*prism}))
+        return {*std::move(prism)};
+    std::vector<Prism> stack = stack_along(shell, axis, over);
+    if (are_thick(stack)) return stack;
   }
-  return std::nullopt;
+  return {};
 }
 
 }  // namespace
 
+Plane Prism::plane_through(const Point& across, double at) const {
+  const double rises = across[0] * leans[0] + across[1] * leans[1] - narrows * at;  // over the length
+  const double slope = rises / (high - low), length = std::sqrt(1.0 + slope * slope);
+  const Vector3 normal = (across[0] * up + across[1] * side - slope * axis) / length;
+  return {normal, (slope * low - at) / length};
+}
+
+Prism::Point Prism::in_section(const Vector3& p) const {
+  if (!is_tapered()) return {dot(up, p), dot(side, p)};
+  const double along = std::min((dot(axis, p) - low) / (high - low), 1.0), scale = 1.0 - narrows * along;
+  return {(dot(up, p) - along * leans[0]) / scale, (dot(side, p) - along * leans[1]) / scale};
+}
+
 double Prism::distance(const Vector3& p) const {
+  if (is_tapered()) return shell->to_solid(p);
   const double at = dot(axis, p);
   const double along = std::max({low - at, at - high, 0.0});
   const Point q = {dot(up, p), dot(side, p)};
@@ -276,13 +530,14 @@ double Prism::distance(const Vector3& p) const {
 }
 
 double Prism::bound(const std::array<Vector3, 8>& corners) const {
+  if (is_tapered()) return std::numeric_limits<double>::infinity();
   double most = 0.0;
   for (const Vector3& p : corners) most = std::max(most, distance(p));
   return most + 5.0 * room;
 }
 
 bool Prism::is_about(const SixPlanes& solid, double limit) const {
-  if (!solid.is_hexahedron()) return false;
+  if (!solid.is_hexahedron(kLeastDeterminant)) return false;
   const std::array<Vector3, 8> corners = solid.corners();
   return std::all_of(corners.begin(), corners.end(), [&](const Vector3& p) { return distance(p) <= limit; });
 }
@@ -308,16 +563,16 @@ SixPlanes Prism::slab(std::span<const Vector3> points, std::size_t first, std::s
                top = last + 1 == strips() ? kInfinity : borders[last];
   const double most_up = std::sqrt(1.0 - kLeastSine * kLeastSine);
   // A side may lean as any edge of the section that is between the levels, or stand upright.
-  std::array<std::vector<Vector3>, 2> leans;
-  leans[0].push_back(-side);
-  leans[1].push_back(side);
+  std::array<std::vector<Point>, 2> leaning;
+  leaning[0].push_back({0.0, -1.0});
+  leaning[1].push_back({0.0, 1.0});
   for (std::size_t i = 0; i < section.size(); ++i) {
     const Point &a = section[i], &b = section[(i + 1) % section.size()];
     if (std::max(a[0], b[0]) <= bottom || std::min(a[0], b[0]) >= top) continue;
     const double length = std::hypot(b[0] - a[0], b[1] - a[1]);
     const double lean = std::clamp((b[1] - a[1]) / length, -most_up, most_up), out = -(b[0] - a[0]) / length;
     const double upright = std::sqrt(1.0 - lean * lean);
-    leans[out < 0.0 ? 0 : 1].push_back(lean * up + (out < 0.0 ? -upright : upright) * side);
+    leaning[out < 0.0 ? 0 : 1].push_back({lean, out < 0.0 ? -upright : upright});
   }
   // Or as the chord from its lowest point there to its highest.
   for (int k = 0; k < 2; ++k) {
@@ -326,18 +581,27 @@ SixPlanes Prism::slab(std::span<const Vector3> points, std::size_t first, std::s
     const double lean = out * (outermost(from, out) - outermost(to, out)) /
                         std::hypot(to - from, outermost(to, out) - outermost(from, out));
     const double kept = std::clamp(lean, -most_up, most_up);
-    leans[k].push_back(kept * up + out * std::sqrt(1.0 - kept * kept) * side);
+    leaning[k].push_back({kept, out * std::sqrt(1.0 - kept * kept)});
   }
   // Each corner is on one side alone, so that each side is chosen by itself.
-  std::array<Vector3, 2> best = {leans[0].front(), leans[1].front()};
-  const auto about = [&](const std::array<Vector3, 2>& sides) {
-    return enclosing(std::array<Vector3, 6>{-up, up, sides[0], sides[1], -axis, axis}, points);
+  std::array<Point, 2> best = {leaning[0].front(), leaning[1].front()};
+  std::vector<Point> places;
+  for (const Vector3& p : points) places.push_back(in_section(p));
+  const auto normal = [&](const Point& across) {
+    double at = -infinity;
+    for (const Point& q : places) at = std::max(at, across[0] * q[0] + across[1] * q[1]);
+    return plane_through(across, at).normal;
+  };
+  const Vector3 downwards = normal({-1.0, 0.0}), upwards = normal({1.0, 0.0});
+  const auto about = [&](const std::array<Point, 2>& sides) {
+    return enclosing(
+        std::array<Vector3, 6>{downwards, upwards, normal(sides[0]), normal(sides[1]), -axis, axis}, points);
   };
   const SixPlanes upright = about(best);
   for (int k = 0; k < 2; ++k) {
     double least = kInfinity;
-    for (const Vector3& lean : leans[k]) {
-      std::array<Vector3, 2> sides = {leans[0].front(), leans[1].front()};
+    for (const Point& lean : leaning[k]) {
+      std::array<Point, 2> sides = {leaning[0].front(), leaning[1].front()};
       sides[k] = lean;
       const std::array<Vector3, 8> corners = about(sides).corners();
       double most = 0.0;
@@ -349,10 +613,10 @@ SixPlanes Prism::slab(std::span<const Vector3> points, std::size_t first, std::s
     }
   }
   const SixPlanes solid = about(best);
-  return solid.is_hexahedron() ? solid : upright;
+  return solid.is_hexahedron(kLeastDeterminant) ? solid : upright;
 }
 
-std::vector<Prism> find_prisms(const MeshDistance& mesh, double over) {
+std::vector<Prism> find_prisms(const MeshDistance& mesh, double over, std::span<const LimitBox> boxes) {
   const std::vector<Shell> shells = closed_shells(mesh);
   std::vector<Prism> prisms;
   for (const Shell& shell : shells) {
@@ -361,15 +625,13 @@ std::vector<Prism> find_prisms(const MeshDistance& mesh, double over) {
       return !(other.volume > 0.0) && overlap(shell.box, other.box);
     });
     if (may_have_cavity) continue;
-    if (std::optional<Prism> prism = prism_of(mesh.mesh(), shell, over)) prisms.push_back(*std::move(prism));
+    const double least = least_limit(over, boxes, shell.corners);
+    for (Prism& prism : prisms_of(mesh.mesh(), shell, least)) prisms.push_back(std::move(prism));
   }
   return prisms;
 }
 
-std::optional<MeshDistance> without(const MeshDistance& mesh, std::span<const Prism> prisms) {
-  std::vector<std::uint8_t> is_out(mesh.mesh().triangles.size(), 0);
-  for (const Prism& prism : prisms)
-    for (const std::uint32_t t : prism.triangles) is_out[t] = 1;
+std::optional<MeshDistance> without(const MeshDistance& mesh, const std::vector<std::uint8_t>& is_out) {
   TriangleMesh rest;
   rest.vertices = mesh.mesh().vertices;
   for (std::size_t t = 0; t < is_out.size(); ++t)

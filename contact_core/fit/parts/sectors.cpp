@@ -2,11 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+
+#include "touchstone/contact_core/geometry/constants.hpp"
 
 namespace touchstone::fit {
 namespace {
 
-constexpr int kFewest = 6;  // a bore that so few go around is as well left to other hexahedra
+constexpr double kNear = 1e-3;  // of the radius, as round parts have it
+constexpr int kFewest = 6;      // a bore that so few go around is as well left to other hexahedra
 const double kTurn = 2.0 * std::acos(-1.0);
 
 bool is_about(const RoundPart& part, const RoundPart& bore) {
@@ -32,6 +36,54 @@ bool have_same_facets(const RoundPart& part, const RoundPart& bore) {
   if (part.facets == 0 || part.facets != bore.facets) return false;
   const double sine = dot(cross(bore.start, part.start), bore.axis), cosine = dot(bore.start, part.start);
   return std::cos(bore.facets * std::atan2(sine, cosine)) > 1.0 - 1e-6;
+}
+
+// Whether a corner is where a ring between both has some: at one of its ends, and on one of its walls.
+bool is_on_ring(const Vector3& p, const RoundPart& bore, const RoundPart& outer) {
+  const Vector3 off = p - bore.foot;
+  const double along = dot(off, bore.axis), away = norm(off - along * bore.axis), near = kNear * bore.radius;
+  return std::min(std::abs(along), std::abs(along - bore.length)) <= near &&
+         std::min(std::abs(away - bore.radius), std::abs(away - outer.radius)) <= near;
+}
+
+// The triangles of the closed shell whose corners all are on such a ring, and go around it.
+std::vector<std::uint32_t> ring_shell(const MeshDistance& distance, const RoundPart& bore,
+                                      const RoundPart& outer) {
+  const TriangleMesh& mesh = distance.mesh();
+  const MeshShells& shells = distance.shells();
+  std::vector<std::uint8_t> is_ring = shells.is_closed;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    for (const std::uint32_t corner : mesh.triangles[t])
+      if (!is_on_ring(mesh.vertices[corner], bore, outer)) is_ring[shells.shell_of_triangle[t]] = 0;
+  std::vector<std::uint32_t> ring;
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+    if (is_ring[shells.shell_of_triangle[t]] != 0) ring.push_back(t);
+  return ring;
+}
+
+// The least that is allowed on one of the ring's walls.
+double limit_on(const TriangleMesh& mesh, std::span<const std::uint32_t> shell, const RoundPart& wall,
+                const AllowedSpace& allowed) {
+  double least = kInfinity;
+  for (const std::uint32_t t : shell) {
+    std::array<Vector3, 3> corners;
+    int on = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      corners[i] = mesh.vertices[mesh.triangles[t][i]];
+      const Vector3 off = corners[i] - wall.foot;
+      on +=
+          std::abs(norm(off - dot(off, wall.axis) * wall.axis) - wall.radius) <= kNear * wall.radius ? 1 : 0;
+    }
+    if (on == 3) least = std::min(least, allowed.least_limit(corners));
+  }
+  return least;
+}
+
+// As many as facets, or a part of them.
+int whole_part(int fewest, int facets) {
+  for (int count = fewest; count < facets; ++count)
+    if (facets % count == 0) return count;
+  return facets;
 }
 
 }  // namespace
@@ -60,8 +112,27 @@ bool Sectors::is_ring(double over) const {
   return std::min(outer - bore.radius, bore.length) >= kThick * over;
 }
 
-std::vector<Sectors> sectors_about_bores(std::span<const RoundPart> parts, const AllowedSpace& allowed,
-                                         int most) {
+namespace {
+
+// Of a closed shell that is a ring, with as many sectors as the least that is asked on its walls takes.
+std::optional<Sectors> ring_about(const MeshDistance& mesh, const RoundPart& bore,
+                                  std::span<const RoundPart> parts, const AllowedSpace& allowed, int most) {
+  for (const RoundPart& part : parts) {
+    if (part.is_bore || !is_about(part, bore) || !have_same_facets(part, bore)) continue;
+    Sectors ring{bore, 0, part.radius, ring_shell(mesh, bore, part)};
+    const double inner = limit_on(mesh.mesh(), ring.shell, bore, allowed),
+                 outer = limit_on(mesh.mesh(), ring.shell, part, allowed);
+    if (!ring.is_ring(std::min(inner, outer))) continue;  // without a shell, too
+    ring.count = whole_part(std::max(fewest(bore, inner), fewest(part, outer)), bore.facets);
+    if (ring.count <= most) return ring;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::vector<Sectors> sectors_about_bores(const MeshDistance& mesh, std::span<const RoundPart> parts,
+                                         const AllowedSpace& allowed, int most) {
   std::vector<Sectors> result;
   for (const RoundPart& bore : parts) {
     if (!bore.is_bore) continue;
@@ -77,7 +148,10 @@ std::vector<Sectors> sectors_about_bores(std::span<const RoundPart> parts, const
           std::max(sectors.count, have_same_facets(part, bore) ? fewest(part, limit_at(part))
                                                                : fewest(part.radius, limit_at(part), false));
     }
-    if (sectors.count >= kFewest && sectors.count <= most) result.push_back(sectors);
+    if (std::optional<Sectors> ring = ring_about(mesh, bore, parts, allowed, most))
+      result.push_back(*std::move(ring));
+    else if (sectors.count >= kFewest && sectors.count <= most)
+      result.push_back(sectors);
   }
   return result;
 }

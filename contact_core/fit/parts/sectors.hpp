@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -16,6 +17,9 @@ struct Sectors {
   RoundPart bore;
   int count;
   double outer;  ///< radius of the widest round part about the same axis, the bore's if there is none [m]
+  /// Of the closed shell that is a ring between the two and nothing else, thick beside what is asked of it:
+  /// then sectors begin at corners of its facets, and each is convex. None: there is no such shell.
+  std::vector<std::uint32_t> shell = {};
 
   /// The half plane where sector i begins and i - 1 ends; positive on the side of sector i.
   Plane border(int i) const;
@@ -26,13 +30,15 @@ struct Sectors {
   /// Whether it is a ring about the bore, thick beside `over`: a hexahedron a sector then is all of its
   /// cover.
   bool is_ring(double over) const;
+  bool has_shell() const { return !shell.empty(); }
 };
 
 /// Times an error: what is thicker in every direction gains nothing of hexahedra that go beyond it.
 constexpr double kThick = 8.0;
 
-/// Of each bore; those that would take fewer than 6 or more than `most` have none.
-std::vector<Sectors> sectors_about_bores(std::span<const RoundPart> parts, const AllowedSpace& allowed,
-                                         int most = 72);
+/// Of each bore; those that would take fewer than 6 or more than `most` have none, but for rings of closed
+/// shells of their own, which fewer may go around.
+std::vector<Sectors> sectors_about_bores(const MeshDistance& mesh, std::span<const RoundPart> parts,
+                                         const AllowedSpace& allowed, int most = 72);
 
 }  // namespace touchstone::fit

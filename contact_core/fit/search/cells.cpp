@@ -23,8 +23,6 @@ constexpr double kLevel = 1e-3, kStep = 0.1;
 constexpr double kBeside = 0.75;
 constexpr double kPieces = 12.0;  // that a prism is cut into along its axis, at most
 
-using Polygon = std::vector<Vector3>;
-
 struct ByCoordinates {
   bool operator()(const Vector3& a, const Vector3& b) const {
     if (a.x() != b.x()) return a.x() < b.x();
@@ -45,27 +43,6 @@ Polygon clipped(const Polygon& polygon, Eigen::Index axis, double at, double sig
       cut(axis) = at;
       kept.push_back(cut);
     }
-  }
-  return kept;
-}
-
-// The part on the side of a plane that `sign` names.
-Polygon clipped(const Polygon& polygon, const Plane& plane, double sign) {
-  Polygon kept;
-  for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Vector3 &p = polygon[i], &q = polygon[(i + 1) % polygon.size()];
-    const double hp = sign * plane.signed_distance(p), hq = sign * plane.signed_distance(q);
-    if (hp >= 0.0) kept.push_back(p);
-    if ((hp > 0.0 && hq < 0.0) || (hp < 0.0 && hq > 0.0)) kept.push_back(p + (q - p) * (hp / (hp - hq)));
-  }
-  return kept;
-}
-
-std::vector<Polygon> parts_of(const std::vector<Polygon>& polygons, const Plane& plane, double sign) {
-  std::vector<Polygon> kept;
-  for (const Polygon& polygon : polygons) {
-    Polygon part = clipped(polygon, plane, sign);
-    if (!part.empty()) kept.push_back(std::move(part));
   }
   return kept;
 }
@@ -138,22 +115,43 @@ class CellBuilder {
 
   /// A cell a strip of its section, and a piece of its length. Its ends are not cut: no corner of a piece's
   /// room is inside.
-  void add_prism(const TriangleMesh& mesh, const Prism& prism, std::uint32_t index) {
+  void add_prism(const Prism& prism, std::uint32_t index) {
     const double length = prism.high - prism.low;
     const double pieces = std::ceil(std::min(length / largest_, kPieces));
-    std::vector<Polygon> strip_of;
-    for (const std::uint32_t t : prism.triangles)
-      strip_of.push_back({mesh.vertices[mesh.triangles[t][0]], mesh.vertices[mesh.triangles[t][1]],
-                          mesh.vertices[mesh.triangles[t][2]]});
     for (std::size_t strip = 0; strip < prism.strips(); ++strip) {
-      std::vector<Polygon> rest = strip_of;
-      if (strip > 0) rest = parts_of(rest, {prism.up, -prism.borders[strip - 1]}, 1.0);
-      if (strip < prism.borders.size()) rest = parts_of(rest, {prism.up, -prism.borders[strip]}, -1.0);
+      std::vector<Polygon> rest = prism.surface;
+      const auto level = [&](std::size_t i) { return prism.plane_through({1.0, 0.0}, prism.borders[i]); };
+      if (strip > 0) rest = parts_of(rest, level(strip - 1), 1.0);
+      if (strip < prism.borders.size()) rest = parts_of(rest, level(strip), -1.0);
       for (double piece = 1.0; piece <= pieces; piece += 1.0) {
         const Plane end = {prism.axis, -(prism.low + piece / pieces * length)};
-        add({}, piece < pieces ? parts_of(rest, end, -1.0) : rest);
+        const std::vector<Polygon> part = piece < pieces ? parts_of(rest, end, -1.0) : rest;
+        if (!part.empty())
+          add({}, part);
+        else  // towards a tip an outer strip may end before: it has no more than the piece before
+          cells_.cells_.push_back(Cells::Cell(cells_.cells_.back()));
         cells_.cells_.back().prism = index;
         cells_.cells_.back().strip = static_cast<std::uint32_t>(strip);
+        rest = parts_of(rest, end, 1.0);
+      }
+    }
+  }
+
+  /// Cells of each sector's part of its shell, cut across the axis too.
+  void add_ring(const TriangleMesh& mesh, const Sectors& sectors, std::uint32_t index) {
+    std::vector<Polygon> shell;
+    for (const std::uint32_t t : sectors.shell)
+      shell.push_back({mesh.vertices[mesh.triangles[t][0]], mesh.vertices[mesh.triangles[t][1]],
+                       mesh.vertices[mesh.triangles[t][2]]});
+    const double pieces = std::ceil(std::min(sectors.bore.length / largest_, kPieces));
+    const double foot = dot(sectors.bore.axis, sectors.bore.foot);
+    for (int i = 0; i < sectors.count; ++i) {
+      std::vector<Polygon> rest = between(shell, sectors.border(i), sectors.border((i + 1) % sectors.count));
+      for (double piece = 1.0; piece <= pieces; piece += 1.0) {
+        const Plane end = {sectors.bore.axis, -(foot + piece / pieces * sectors.bore.length)};
+        add({}, piece < pieces ? parts_of(rest, end, -1.0) : rest);
+        cells_.cells_.back().ring = index;
+        cells_.cells_.back().strip = static_cast<std::uint32_t>(i);
         rest = parts_of(rest, end, 1.0);
       }
     }
@@ -327,10 +325,19 @@ class CellBuilder {
 Cells::Cells(const MeshDistance& mesh, const AllowedSpace& allowed, double over,
              std::span<const Sectors> sectors, double shift, std::span<const Prism> prisms) {
   const double largest = std::max(over / std::sqrt(3.0), mesh.bounds().diagonal() / 100.0);
-  const std::optional<MeshDistance> rest = prisms.empty() ? std::nullopt : without(mesh, prisms);
-  if (prisms.empty() || rest) CellBuilder(*this, rest ? *rest : mesh, allowed, largest, sectors).build(shift);
+  // Prisms and rings are cut by themselves, all the rest by boxes.
+  std::vector<std::uint8_t> is_out(mesh.mesh().triangles.size(), 0);
+  for (const Prism& prism : prisms)
+    for (const std::uint32_t t : prism.triangles) is_out[t] = 1;
+  for (const Sectors& each : sectors)
+    for (const std::uint32_t t : each.shell) is_out[t] = 1;
+  const bool is_all = std::find(is_out.begin(), is_out.end(), 1) == is_out.end();
+  const std::optional<MeshDistance> rest = is_all ? std::nullopt : without(mesh, is_out);
+  if (is_all || rest) CellBuilder(*this, rest ? *rest : mesh, allowed, largest, sectors).build(shift);
   CellBuilder builder(*this, mesh, allowed, largest, sectors);
-  for (std::uint32_t i = 0; i < prisms.size(); ++i) builder.add_prism(mesh.mesh(), prisms[i], i);
+  for (std::uint32_t i = 0; i < prisms.size(); ++i) builder.add_prism(prisms[i], i);
+  for (std::uint32_t i = 0; i < sectors.size(); ++i)
+    if (sectors[i].has_shell()) builder.add_ring(mesh.mesh(), sectors[i], i);
   index(0, static_cast<std::uint32_t>(cells_.size()));
 }
 

@@ -125,7 +125,9 @@ CoverSearch::CoverSearch(const MeshDistance& mesh, const Cells& cells, AllowedSp
     set(all_, i);
     if (cells.cell(i).prism == first_of_prism_.size()) first_of_prism_.push_back(i);
   }
-  first_of_prism_.push_back(cells.size());
+  std::size_t end = cells.size();  // of prisms: rings are last
+  while (end > 0 && cells.cell(end - 1).ring != Cells::kNone) --end;
+  first_of_prism_.push_back(end);
   main_frames_.push_back(box_normals(Vector3::UnitX(), Vector3::UnitY(), Vector3::UnitZ()));
   const Vector3 z = main_direction(mesh.mesh(), Vector3::Zero());
   if (norm(z) == 0.0) return;
@@ -250,8 +252,7 @@ bool CoverSearch::grow_prism(std::size_t cell) {
     return solid;
   };
   // Some hold what is near with a smaller error, others what is elsewhere with the large one.
-  const Bounds about = {cells_.cell(cell).low, cells_.cell(cell).high};
-  const double near = space_.least_limit(0.5 * (about.low + about.high), 0.5 * about.diagonal());
+  const double near = limit_of(cell);
   bool has_grown = false;
   for (const double limit : {near, over_}) {
     for (const Window& strips : windows(cell, limit - slack)) {
@@ -279,6 +280,9 @@ bool CoverSearch::grow_prism(std::size_t cell) {
   return has_grown;
 }
 
+// The least that is allowed at its points, or at some beside them.
+double CoverSearch::limit_of(std::size_t cell) const { return space_.least_limit(cells_.points(cell)); }
+
 // Whether a candidate's place may be taken.
 bool CoverSearch::may_be(const Candidate& candidate, const SixPlanes& instead) {
   return candidate.prism == kNoIndex ? growth_.allows(instead) : is_about(candidate.prism, instead);
@@ -286,9 +290,12 @@ bool CoverSearch::may_be(const Candidate& candidate, const SixPlanes& instead) {
 
 void CoverSearch::grow_from(std::size_t cell) {
   if (has(settled_, cell)) return;
-  if (cells_.cell(cell).prism != kNoIndex && grow_prism(cell)) return;
+  // What is thick beside what is allowed gains nothing of hexahedra that go beyond it.
+  const std::uint32_t prism = cells_.cell(cell).prism, ring = cells_.cell(cell).ring;
+  bool has_grown = (prism != kNoIndex && grow_prism(cell)) || (ring != kNoIndex && grow_ring(cell));
+  if (has_grown && prism != kNoIndex && prisms_[prism].thickness >= kThick * limit_of(cell)) return;
+  if (has_grown && ring != kNoIndex && sectors_[ring].is_ring(limit_of(cell))) return;
   const std::vector<Normals> frames = frames_at(cell);
-  bool has_grown = false;
   for (const Normals& frame : frames) {
     SixPlanes start = enclosing(frame, cells_.points(cell));
     for (Plane& plane : start.planes) plane.offset -= 1e-9 * mesh_.bounds().diagonal();
@@ -328,14 +335,55 @@ bool CoverSearch::allows_samples(const SixPlanes& solid) const {
   return true;
 }
 
-// A hexahedron a sector, from the cells at the bore's wall outwards.
-void CoverSearch::grow_sectors(const Sectors& sectors) {
+// The hexahedron about a sector's points, or what grows outwards of that.
+bool CoverSearch::grow_sector(const Sectors& sectors, int sector, std::span<const Vector3> points) {
   constexpr std::array<std::array<int, 3>, 2> kOutwards = {{{4, 5, 1}, {1, 4, 5}}};
   const double slack = 1e-9 * mesh_.bounds().diagonal();
-  const bool is_ring = sectors.is_ring(over_);
+  const Vector3 out = sectors.middle(sector);
+  SixPlanes start = enclosing(
+      Normals{-out, out, -sectors.border(sector).normal, sectors.border((sector + 1) % sectors.count).normal,
+              -sectors.bore.axis, sectors.bore.axis},
+      points);
+  for (Plane& plane : start.planes) plane.offset -= slack;
+  if ((sectors.has_shell() || sectors.is_ring(over_)) && allows_samples(start)) {
+    Candidate whole = candidate(start);
+    if (sectors.is_ring(over_)) cover(settled_, whole);
+    add(std::move(whole));
+    return true;
+  }
+  if (!growth_.allows(start)) return false;
+  for (const auto& order : kOutwards) {
+    SixPlanes solid = start;
+    growth_.push(solid, order);
+    add(candidate(solid));
+  }
+  return true;
+}
+
+std::vector<Vector3> CoverSearch::points_of_sector(std::uint32_t ring, std::uint32_t sector) const {
+  std::vector<Vector3> points;
+  for (std::size_t cell = first_of_prism_.back(); cell < cells_.size(); ++cell) {
+    if (cells_.cell(cell).ring != ring || cells_.cell(cell).strip != sector) continue;
+    points.insert(points.end(), cells_.points(cell).begin(), cells_.points(cell).end());
+  }
+  return points;
+}
+
+bool CoverSearch::grow_ring(std::size_t cell) {
+  const std::uint32_t ring = cells_.cell(cell).ring, sector = cells_.cell(cell).strip;
+  return grow_sector(sectors_[ring], static_cast<int>(sector), points_of_sector(ring, sector));
+}
+
+// A hexahedron a sector, from the cells at the bore's wall outwards.
+void CoverSearch::grow_sectors(const Sectors& sectors) {
+  if (sectors.has_shell()) {
+    for (std::size_t cell = first_of_prism_.back(); cell < cells_.size(); ++cell)
+      if (&sectors_[cells_.cell(cell).ring] == &sectors && !has(settled_, cell)) grow_ring(cell);
+    return;
+  }
   // Each sector collects the points of cells about the bore whose middle is in it.
   std::vector<std::vector<Vector3>> points(static_cast<std::size_t>(sectors.count));
-  for (std::size_t cell = 0; cell < cells_.size(); ++cell) {
+  for (std::size_t cell = 0; cell < first_of_prism_.back(); ++cell) {
     if (!sectors.touches(cells_.cell(cell).low, cells_.cell(cell).high)) continue;
     Vector3 middle = Vector3::Zero();
     for (const Vector3& p : cells_.points(cell))
@@ -350,28 +398,8 @@ void CoverSearch::grow_sectors(const Sectors& sectors) {
           sectors.border((i + 1) % sectors.count).signed_distance(middle) <= 0.0)
         points[i].insert(points[i].end(), cells_.points(cell).begin(), cells_.points(cell).end());
   }
-  // Each sector starts as a hexahedron around its points and grows outwards.
-  for (int i = 0; i < sectors.count; ++i) {
-    if (points[i].empty()) continue;
-    const Vector3 out = sectors.middle(i);
-    SixPlanes start = enclosing(
-        Normals{-out, out, -sectors.border(i).normal, sectors.border((i + 1) % sectors.count).normal,
-                -sectors.bore.axis, sectors.bore.axis},
-        points[i]);
-    for (Plane& plane : start.planes) plane.offset -= slack;
-    if (is_ring && allows_samples(start)) {
-      Candidate whole = candidate(start);
-      cover(settled_, whole);
-      add(std::move(whole));
-      continue;
-    }
-    if (!growth_.allows(start)) continue;
-    for (const auto& order : kOutwards) {
-      SixPlanes solid = start;
-      growth_.push(solid, order);
-      add(candidate(solid));
-    }
-  }
+  for (int i = 0; i < sectors.count; ++i)
+    if (!points[i].empty()) grow_sector(sectors, i, points[i]);
 }
 
 namespace {
@@ -572,7 +600,8 @@ std::vector<SixPlanes> CoverSearch::shrunk(const std::vector<std::size_t>& chose
     // Its planes keep their normals and move in to these points; a plain box about them may be smaller.
     SixPlanes solid = pool_[chosen[c]].solid;
     const SixPlanes tight = plate(normals_of(solid), needed[c], thinnest);
-    if (tight.is_hexahedron()) solid = tight;
+    const bool is_slab = pool_[chosen[c]].prism != Cells::kNone;
+    if (tight.is_hexahedron(is_slab ? Prism::kLeastDeterminant : SixPlanes::kLeastDeterminant)) solid = tight;
     for (const Normals& frame : main_frames_) {
       const SixPlanes box = plate(frame, needed[c], thinnest);
       if (volume(box) < volume(solid) && may_be(pool_[chosen[c]], box)) solid = box;

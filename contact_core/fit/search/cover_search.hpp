@@ -71,6 +71,10 @@ class CoverSearch {
   bool is_about(std::uint32_t prism, const SixPlanes& solid) const;
   bool may_be(const Candidate& candidate, const SixPlanes& instead);
   void grow_sectors(const Sectors& sectors);
+  bool grow_ring(std::size_t cell);
+  bool grow_sector(const Sectors& sectors, int sector, std::span<const Vector3> points);
+  std::vector<Vector3> points_of_sector(std::uint32_t ring, std::uint32_t sector) const;
+  double limit_of(std::size_t cell) const;
   Candidate candidate(const SixPlanes& solid) const;
   void add(Candidate candidate);
   std::vector<Normals> frames_at(std::size_t cell) const;
@@ -101,7 +105,7 @@ class CoverSearch {
   AllowedSpace& space_;
   std::span<const Sectors> sectors_;
   std::span<const Prism> prisms_;
-  std::vector<std::size_t> first_of_prism_;  ///< cell: strip by strip, each piece by piece
+  std::vector<std::size_t> first_of_prism_;  ///< cell: strip by strip, each piece by piece; then the end
   double over_;
   Growth growth_;
   SearchEffort effort_;

@@ -57,6 +57,13 @@ bool LimitBox::touches(std::span<const Vector3> corners) const {
   return (box.low - about.high).maxCoeff() <= 0.0 && (about.low - box.high).maxCoeff() <= 0.0;
 }
 
+double least_limit(double over, std::span<const LimitBox> boxes, std::span<const Vector3> corners) {
+  double least = over;
+  for (const LimitBox& each : boxes)
+    if (each.touches(corners)) least = std::min(least, each.limit);
+  return least;
+}
+
 // The point that a growing face meets first: `best` is how far it goes until then.
 struct AllowedSpace::Query {
   const SixPlanes& solid;
@@ -148,11 +155,8 @@ double AllowedSpace::least_limit(const Vector3& centre, double half) const {
   return least;
 }
 
-double AllowedSpace::least_limit(const std::array<Vector3, 8>& corners) const {
-  double least = over_;
-  for (const LimitBox& each : boxes_)
-    if (each.touches(corners)) least = std::min(least, each.limit);
-  return least;
+double AllowedSpace::least_limit(std::span<const Vector3> corners) const {
+  return fit::least_limit(over_, boxes_, corners);
 }
 
 bool AllowedSpace::holds_forbidden(const SixPlanes& solid) const {
@@ -195,6 +199,8 @@ void AllowedSpace::classify(Cell& cell) const {
   const double limit = limit_at(cell.centre);
   if (cell.distance + reach <= cell.least_limit) {
     cell.kind = Kind::clear;
+  } else if (is_cut_by_one_box(cell)) {
+    cell.kind = Kind::block;
   } else if (cell.distance - reach > over_ || (cell.least_limit == limit && cell.distance - reach > limit)) {
     cell.kind = Kind::block;
   } else {
@@ -211,6 +217,22 @@ void AllowedSpace::classify(Cell& cell) const {
       cell.high = cell.low;
     }
   }
+}
+
+// Where one box of a smaller limit reaches into the cell, which is beyond that limit everywhere and within
+// the large one: then a block is what both share.
+bool AllowedSpace::is_cut_by_one_box(Cell& cell) const {
+  const double reach = kRoot3 * cell.half;
+  const LimitBox* cut = nullptr;
+  for (const LimitBox& each : boxes_) {
+    if (!each.touches(cell.centre, cell.half)) continue;
+    if (cut != nullptr || each.axes != Matrix3::Identity()) return false;
+    cut = &each;
+  }
+  if (cut == nullptr || cell.distance - reach <= cut->limit || cell.distance + reach > over_) return false;
+  cell.low = cell.low.cwiseMax(cut->box.low);
+  cell.high = cell.high.cwiseMin(cut->box.high);
+  return true;
 }
 
 // The distance to one triangle is convex: within the limit at the corners, within it everywhere.
@@ -334,7 +356,7 @@ bool AllowedSpace::search(Query& query, std::uint32_t index, unsigned faces) {
     return false;
   }
   if (cell.kind == Kind::block) {
-    search_block(query, cell.centre, cell.half, cell.least_limit, faces);
+    search_block(query, {cell.low, cell.high}, cell.least_limit, faces);
     return false;
   }
   const bool is_new = cell.children == 0;
@@ -378,12 +400,11 @@ bool AllowedSpace::search_children(Query& query, std::uint32_t index, unsigned f
 
 // Nothing of a block is allowed. The face first meets a corner of what the block shares with the room between
 // the other faces: one on the block's surface, or a corner of the solid within.
-void AllowedSpace::search_block(Query& query, const Vector3& centre, double half, double limit,
-                                unsigned faces) const {
-  const Vector3 size = Vector3::Constant(half);
+void AllowedSpace::search_block(Query& query, const Bounds& block, double limit, unsigned faces) const {
+  const Vector3 centre = 0.5 * (block.low + block.high), size = 0.5 * (block.high - block.low);
   for (const auto& loop : Hexahedron::kFaceVertices) {
     ClippedFace face;
-    for (const int corner : loop) face.add(centre + half * octant(corner));
+    for (const int corner : loop) face.add(centre + size.cwiseProduct(octant(corner)));
     for (int f = 0; f < 6; ++f)
       if ((faces >> f & 1U) != 0) face.clip(query.solid.planes[f]);
     for (const Vector3& p : face.corners()) query.meet_at(p, limit);

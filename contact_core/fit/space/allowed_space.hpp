@@ -25,6 +25,9 @@ struct LimitBox {
   bool touches(std::span<const Vector3> corners) const;
 };
 
+/// The least of `over` and of the limits of the boxes that the hull of these points may touch [m].
+double least_limit(double over, std::span<const LimitBox> boxes, std::span<const Vector3> corners);
+
 /// Where a cover may go: within `over` of the solid, in boxes of their own within these boxes' limits.
 ///
 /// An octree of distances, refined where it is asked. Its leaves, a sixth of the limit wide or less, give
@@ -40,9 +43,9 @@ class AllowedSpace {
   double limit_at(const Vector3& p) const;
   /// The least that is allowed at any point of a cube, half of whose width is `half` [m].
   double least_limit(const Vector3& centre, double half) const;
-  /// The least that is allowed at any point of a hexahedron with these corners, or of the box about them in
-  /// the axes of a box with an error of its own [m].
-  double least_limit(const std::array<Vector3, 8>& corners) const;
+  /// The least that is allowed at any point of the hull of these corners, or of the box about them in the
+  /// axes of a box with an error of its own [m].
+  double least_limit(std::span<const Vector3> corners) const;
   /// Whether the hexahedron holds a point that forbid() named.
   bool holds_forbidden(const SixPlanes& solid) const;
   /// Whether a point keeps to it.
@@ -64,7 +67,7 @@ class AllowedSpace {
     open,   ///< has children, or may get them
     clear,  ///< all of it is allowed
     point,  ///< a leaf: `low` is where what is allowed ends
-    block,  ///< none of it is allowed
+    block,  ///< nothing between `low` and `high` is allowed, and all the rest of it
   };
   struct Cell {
     Vector3 centre;
@@ -82,6 +85,7 @@ class AllowedSpace {
 
   Cell make_cell(const Vector3& centre, double half, const Cell* parent) const;
   void classify(Cell& cell) const;
+  bool is_cut_by_one_box(Cell& cell) const;
   bool is_near_one_triangle(const Cell& cell, const Vector3& away) const;
   void draw_in(Cell& cell) const;
   bool find_wall(Cell& cell) const;
@@ -93,7 +97,7 @@ class AllowedSpace {
   /// kind has changed
   bool search(Query& query, std::uint32_t cell, unsigned faces);
   bool search_children(Query& query, std::uint32_t cell, unsigned faces, bool is_new);
-  void search_block(Query& query, const Vector3& centre, double half, double limit, unsigned faces) const;
+  void search_block(Query& query, const Bounds& block, double limit, unsigned faces) const;
 
   const MeshDistance& mesh_;
   double over_;
