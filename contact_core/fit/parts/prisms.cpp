@@ -371,24 +371,29 @@ std::vector<double> steps_of(const Shell& shell, const Vector3& axis, double roo
   return steps;
 }
 
-// What of the shell is between two of its steps: triangles that lie in one of them are left out.
-Shell slice_of(const Shell& shell, const Vector3& axis, double low, double high, double room) {
-  std::vector<Polygon> between;
-  for (std::size_t t = 0; t < shell.corners.size(); t += 3) {
-    Polygon triangle = {shell.corners[t], shell.corners[t + 1], shell.corners[t + 2]};
-    double bottom = std::numeric_limits<double>::infinity(), top = -bottom;
-    for (const Vector3& p : triangle) {
-      bottom = std::min(bottom, dot(axis, p));
-      top = std::max(top, dot(axis, p));
-    }
-    if (top - bottom > room && top > low + room && bottom < high - room)
-      between.push_back(std::move(triangle));
+// Whether a polygon lies in a step: it bounds slices from their ends.
+bool is_flat(const Polygon& polygon, const Vector3& axis, double room) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const Vector3& p : polygon) {
+    low = std::min(low, dot(axis, p));
+    high = std::max(high, dot(axis, p));
   }
+  return high - low <= room;
+}
+
+// What of the polygons is between two steps. What reaches over a step by rounding is flat there: it is put to
+// the others that are.
+Shell slice_of(const std::vector<Polygon>& polygons, const Vector3& axis, double low, double high,
+               double room, std::vector<Polygon>& flat) {
   // Its volume is that which the sides have with what is across the axis: the ends have none.
-  Shell slice{shell.triangles, {}, {}, 0.0};
-  for (const Polygon& part : parts_of(parts_of(between, {axis, -low}, 1.0), {axis, -high}, -1.0)) {
+  Shell slice;
+  for (Polygon& part : parts_of(parts_of(polygons, {axis, -low}, 1.0), {axis, -high}, -1.0)) {
+    if (is_flat(part, axis, room)) {
+      flat.push_back(std::move(part));
+      continue;
+    }
     for (std::size_t i = 2; i < part.size(); ++i) {
-      const Vector3 middle = (part[0] + part[i - 1] + part[i]) / 3.0 - shell.corners.front();
+      const Vector3 middle = (part[0] + part[i - 1] + part[i]) / 3.0 - polygons.front().front();
       const Vector3 across = middle - dot(axis, middle) * axis;
       slice.volume += 0.25 * dot(across, cross(part[i - 1] - part[0], part[i] - part[0]));
       slice.corners.insert(slice.corners.end(), {part[0], part[i - 1], part[i]});
@@ -398,29 +403,15 @@ Shell slice_of(const Shell& shell, const Vector3& axis, double low, double high,
   return slice;
 }
 
-// Gives each triangle that lies in a step to the slice at it that holds it. @return whether there always is
-// one
-bool give_flat_ones(const Shell& shell, const Vector3& axis, std::vector<Prism>& slices) {
-  for (std::size_t t = 0; t < shell.corners.size(); t += 3) {
-    const Polygon triangle = {shell.corners[t], shell.corners[t + 1], shell.corners[t + 2]};
-    const auto is_flat = [&](double at, double room) {
-      return std::all_of(triangle.begin(), triangle.end(),
-                         [&](const Vector3& p) { return std::abs(dot(axis, p) - at) <= room; });
-    };
-    bool is_at_step = false, is_given = false;
-    for (Prism& slice : slices) {
-      const double room = 2.0 * slice.room;  // steps are the first corner's height
-      for (const double end : {dot(slice.axis, axis) * slice.low, dot(slice.axis, axis) * slice.high}) {
-        if (is_given || !is_flat(end, room)) continue;
-        is_at_step = true;
-        if (!std::all_of(triangle.begin(), triangle.end(),
-                         [&](const Vector3& p) { return slice.distance(p) <= room; }))
-          continue;
-        slice.surface.push_back(triangle);
-        is_given = true;
-      }
-    }
-    if (is_at_step && !is_given) return false;
+// Gives each to a slice that holds it. @return whether there always is one
+bool give_flat_ones(const std::vector<Polygon>& flat, double room, std::vector<Prism>& slices) {
+  for (const Polygon& each : flat) {
+    const auto slice = std::find_if(slices.begin(), slices.end(), [&](const Prism& prism) {
+      return std::all_of(each.begin(), each.end(),
+                         [&](const Vector3& p) { return prism.distance(p) <= 2.0 * room; });
+    });
+    if (slice == slices.end()) return false;
+    slice->surface.push_back(each);
   }
   return true;
 }
@@ -428,17 +419,27 @@ bool give_flat_ones(const Shell& shell, const Vector3& axis, std::vector<Prism>&
 // A shell that steps along the axis, slice by slice.
 std::vector<Prism> stack_along(const Shell& shell, const Vector3& axis, double over) {
   const double room = kRoom * over;
-  const std::vector<double> steps = steps_of(shell, axis, room);
+  std::vector<double> steps = steps_of(shell, axis, room);
+  if (steps.size() < 3) return {};
+  steps.front() -= 2.0 * room;  // nothing is cut off its ends
+  steps.back() += 2.0 * room;
+  std::vector<Polygon> sides, flat;
+  for (std::size_t t = 0; t < shell.corners.size(); t += 3) {
+    Polygon triangle = {shell.corners[t], shell.corners[t + 1], shell.corners[t + 2]};
+    (is_flat(triangle, axis, room) ? flat : sides).push_back(std::move(triangle));
+  }
+  if (sides.empty()) return {};
   std::vector<Prism> slices;
   for (std::size_t i = 1; i < steps.size(); ++i) {
-    const Shell slice = slice_of(shell, axis, steps[i - 1], steps[i], room);
+    Shell slice = slice_of(sides, axis, steps[i - 1], steps[i], room, flat);
     if (slice.corners.empty()) return {};
+    slice.triangles = shell.triangles;
     std::optional<Prism> prism = prism_along(slice, axis, over);
     if (!prism) prism = prism_along(slice, -axis, over);
     if (!prism) return {};
     slices.push_back(*std::move(prism));
   }
-  return give_flat_ones(shell, axis, slices) ? slices : std::vector<Prism>();
+  return give_flat_ones(flat, room, slices) ? slices : std::vector<Prism>();
 }
 
 // From the middle of the corners at one end to that of those at the other: ends are small, and their
