@@ -185,7 +185,7 @@ double length_around(const std::vector<Point>& section) {
 
 // Between parallel lines at the section's corners: no convex polygon is thinner than between its edges.
 double thickness(const std::vector<Point>& section) {
-  double least = std::numeric_limits<double>::infinity();
+  double least = kInfinity;
   for (std::size_t i = 0; i < section.size(); ++i) {
     const Point &a = section[i], &b = section[(i + 1) % section.size()];
     double most = 0.0;
@@ -373,7 +373,7 @@ std::vector<double> steps_of(const Shell& shell, const Vector3& axis, double roo
 
 // Whether a polygon lies in a step: it bounds slices from their ends.
 bool is_flat(const Polygon& polygon, const Vector3& axis, double room) {
-  double low = std::numeric_limits<double>::infinity(), high = -low;
+  double low = kInfinity, high = -low;
   for (const Vector3& p : polygon) {
     low = std::min(low, dot(axis, p));
     high = std::max(high, dot(axis, p));
@@ -531,7 +531,7 @@ double Prism::distance(const Vector3& p) const {
 }
 
 double Prism::bound(const std::array<Vector3, 8>& corners) const {
-  if (is_tapered()) return std::numeric_limits<double>::infinity();
+  if (is_tapered()) return kInfinity;
   double most = 0.0;
   for (const Vector3& p : corners) most = std::max(most, distance(p));
   return most + 5.0 * room;

@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
-#include "touchstone/contact_core/fit/allowed_space.hpp"
 #include "touchstone/contact_core/fit/mesh_distance.hpp"
+#include "touchstone/contact_core/fit/space/allowed_space.hpp"
 #include "touchstone/contact_core/fit/space/six_planes.hpp"
 
 // Private to contact_core/fit.

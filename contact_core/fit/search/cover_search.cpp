@@ -126,7 +126,7 @@ CoverSearch::CoverSearch(const MeshDistance& mesh, const Cells& cells, AllowedSp
     if (cells.cell(i).prism == first_of_prism_.size()) first_of_prism_.push_back(i);
   }
   std::size_t end = cells.size();  // of prisms: rings are last
-  while (end > 0 && cells.cell(end - 1).ring != Cells::kNone) --end;
+  while (end > 0 && cells.cell(end - 1).ring != kNoIndex) --end;
   first_of_prism_.push_back(end);
   main_frames_.push_back(box_normals(Vector3::UnitX(), Vector3::UnitY(), Vector3::UnitZ()));
   const Vector3 z = main_direction(mesh.mesh(), Vector3::Zero());
@@ -600,7 +600,7 @@ std::vector<SixPlanes> CoverSearch::shrunk(const std::vector<std::size_t>& chose
     // Its planes keep their normals and move in to these points; a plain box about them may be smaller.
     SixPlanes solid = pool_[chosen[c]].solid;
     const SixPlanes tight = plate(normals_of(solid), needed[c], thinnest);
-    const bool is_slab = pool_[chosen[c]].prism != Cells::kNone;
+    const bool is_slab = pool_[chosen[c]].prism != kNoIndex;
     if (tight.is_hexahedron(is_slab ? Prism::kLeastDeterminant : SixPlanes::kLeastDeterminant)) solid = tight;
     for (const Normals& frame : main_frames_) {
       const SixPlanes box = plate(frame, needed[c], thinnest);
