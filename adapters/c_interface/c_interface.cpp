@@ -158,9 +158,15 @@ touchstone_code touchstone_get_capabilities(const touchstone_narrowphase* narrow
 }
 
 touchstone_code touchstone_build(touchstone_narrowphase* narrowphase, const double* corners, size_t solids) {
+  return touchstone_build_rounded(narrowphase, corners, nullptr, solids);
+}
+
+touchstone_code touchstone_build_rounded(touchstone_narrowphase* narrowphase, const double* corners,
+                                         const double* radii, size_t solids) {
   return guarded({{narrowphase, "narrowphase"}}, [&] {
     if (solids > 0) require(corners, "corners");
-    const auto made = c_interface::solids_from_corners({corners, solids * c_interface::kCornerDoubles});
+    const auto made = c_interface::solids_from_corners({corners, solids * c_interface::kCornerDoubles},
+                                                       {radii, radii == nullptr ? 0 : solids});
     narrowphase->narrowphase->build(made);
     narrowphase->solids = solids;
   });

@@ -25,13 +25,13 @@ static_assert(TOUCHSTONE_FIXED == static_cast<int>(JointKind::fixed) &&
 
 Vector3 vector_of(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
 
-LinkDescription link_of(const touchstone_link& link) {
+LinkDescription link_of(const touchstone_link& link, const double* radii) {
   require(link.name, "links: name");
   LinkDescription out;
   out.name = link.name;
   if (link.solids == 0) return out;
   require(link.corners, "links: corners");
-  out.solids = c_interface::placed_solids(link.corners, link.solids);
+  out.solids = c_interface::placed_solids(link.corners, radii, link.solids);
   return out;
 }
 
@@ -53,13 +53,15 @@ JointDescription joint_of(const touchstone_joint& joint) {
   return out;
 }
 
-MechanismDescription description_of(const touchstone_mechanism_description& given) {
+MechanismDescription description_of(const touchstone_mechanism_description& given,
+                                    const double* const* radii) {
   require(given.name, "name");
   if (given.link_count > 0) require(given.links, "links");
   if (given.joint_count > 0) require(given.joints, "joints");
   MechanismDescription out;
   out.name = given.name;
-  for (std::size_t i = 0; i < given.link_count; ++i) out.links.push_back(link_of(given.links[i]));
+  for (std::size_t i = 0; i < given.link_count; ++i)
+    out.links.push_back(link_of(given.links[i], radii == nullptr ? nullptr : radii[i]));
   for (std::size_t i = 0; i < given.joint_count; ++i) out.joints.push_back(joint_of(given.joints[i]));
   if (given.base != nullptr) out.base = given.base;
   return out;
@@ -106,8 +108,17 @@ touchstone_code touchstone_add_mechanism_with(touchstone_world* world,
                                               const touchstone_mechanism_options* options,
                                               const touchstone_pose* X_WB, const double* values, size_t count,
                                               touchstone_mechanism* out) {
+  return touchstone_add_rounded_mechanism(world, description, nullptr, options, X_WB, values, count, out);
+}
+
+touchstone_code touchstone_add_rounded_mechanism(touchstone_world* world,
+                                                 const touchstone_mechanism_description* description,
+                                                 const double* const* radii,
+                                                 const touchstone_mechanism_options* options,
+                                                 const touchstone_pose* X_WB, const double* values,
+                                                 size_t count, touchstone_mechanism* out) {
   return guarded({{world, "world"}, {description, "description"}, {X_WB, "X_WB"}, {out, "out"}}, [&] {
-    MechanismDescription described = description_of(*description);
+    MechanismDescription described = description_of(*description, radii);
     MechanismPlacement placement;
     placement.initial = values_of(values, count, "values");
     if (options != nullptr) c_interface::take_options(*options, described, placement);

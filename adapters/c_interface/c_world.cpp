@@ -101,9 +101,11 @@ touchstone_report c_interface::kept_report(touchstone_world& world, const FrameR
           {}};
 }
 
-std::vector<PlacedHexahedron> c_interface::placed_solids(const double* corners, std::size_t solids) {
+std::vector<PlacedHexahedron> c_interface::placed_solids(const double* corners, const double* radii,
+                                                         std::size_t solids) {
   std::vector<PlacedHexahedron> placed;
-  for (Hexahedron& solid : c_interface::solids_from_corners({corners, solids * c_interface::kCornerDoubles}))
+  for (Hexahedron& solid : c_interface::solids_from_corners({corners, solids * c_interface::kCornerDoubles},
+                                                            {radii, radii == nullptr ? 0 : solids}))
     placed.push_back({std::to_string(placed.size()), std::move(solid), Pose{}});
   return placed;
 }
@@ -130,9 +132,19 @@ touchstone_code touchstone_add_object_in_groups(touchstone_world* world, const c
                                                 const touchstone_pose* X_WO, int32_t is_static,
                                                 const char* const* groups, size_t group_count,
                                                 touchstone_object* out) {
+  return touchstone_add_rounded_object(world, name, corners, nullptr, solids, X_WO, is_static, groups,
+                                       group_count, out);
+}
+
+touchstone_code touchstone_add_rounded_object(touchstone_world* world, const char* name,
+                                              const double* corners, const double* radii, size_t solids,
+                                              const touchstone_pose* X_WO, int32_t is_static,
+                                              const char* const* groups, size_t group_count,
+                                              touchstone_object* out) {
   return guarded({{world, "world"}, {name, "name"}, {corners, "corners"}, {X_WO, "X_WO"}, {out, "out"}}, [&] {
     std::vector<std::string> names = c_interface::names_of(groups, group_count, "groups");
-    auto tree = std::make_shared<const HexahedronTree>(c_interface::placed_solids(corners, solids), name);
+    auto tree =
+        std::make_shared<const HexahedronTree>(c_interface::placed_solids(corners, radii, solids), name);
     *out = number_of(world->world.add({std::move(tree), pose_of(*X_WO), is_static != 0, std::move(names)}));
   });
 }

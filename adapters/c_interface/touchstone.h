@@ -481,6 +481,30 @@ touchstone_code touchstone_add_mechanism_with(touchstone_world* world,
                                               const touchstone_pose* X_WB, const double* values, size_t count,
                                               touchstone_mechanism* out);
 
+/**
+ * touchstone_build() of solids that may be rounded: every point within a radius of the corners' hull.
+ * @param radii one a solid [m], finite, 0: not rounded; NULL: none is. Above 0, the corners may be those of a
+ * box that is flat, exactly (+-hx, +-hy, +-hz) with h >= 0: a plate, a capsule with one side, a sphere with
+ * none.
+ * @return TOUCHSTONE_BAD_INPUT also where the backend takes none that are rounded ("edge_face").
+ */
+touchstone_code touchstone_build_rounded(touchstone_narrowphase* narrowphase, const double* corners,
+                                         const double* radii, size_t solids);
+/** touchstone_add_object_in_groups() of solids with radii, as touchstone_build_rounded(). */
+touchstone_code touchstone_add_rounded_object(touchstone_world* world, const char* name,
+                                              const double* corners, const double* radii, size_t solids,
+                                              const touchstone_pose* X_WO, int32_t is_static,
+                                              const char* const* groups, size_t group_count,
+                                              touchstone_object* out);
+/** touchstone_add_mechanism_with() of links with radii. @param radii one list a link, of its solids as
+ * touchstone_build_rounded(); NULL: none is rounded, of all links or in a link's place. */
+touchstone_code touchstone_add_rounded_mechanism(touchstone_world* world,
+                                                 const touchstone_mechanism_description* description,
+                                                 const double* const* radii,
+                                                 const touchstone_mechanism_options* options,
+                                                 const touchstone_pose* X_WB, const double* values,
+                                                 size_t count, touchstone_mechanism* out);
+
 #ifdef __cplusplus
 }
 #endif

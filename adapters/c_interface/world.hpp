@@ -56,8 +56,8 @@ inline MechanismHandle mechanism_of(touchstone_mechanism number) {
   return std::bit_cast<MechanismHandle>(number);
 }
 
-/// @throws InputError: no hexahedron. Solids are named by their index.
-std::vector<PlacedHexahedron> placed_solids(const double* corners, std::size_t solids);
+/// @param radii NULL, or one a solid [m]. @throws InputError: no hexahedron. Solids are named by their index.
+std::vector<PlacedHexahedron> placed_solids(const double* corners, const double* radii, std::size_t solids);
 
 /// @throws InputError: a policy that is none.
 inline PairRule rule_of(int32_t policy, double warn_distance) {

@@ -1,10 +1,13 @@
 #include <gmock/gmock.h>
 
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <memory>
+#include <random>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "touchstone/adapters/c_interface/corners.hpp"
 #include "touchstone/adapters/c_interface/layout.hpp"
@@ -15,6 +18,7 @@
 #include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/examples/measures/pairs/pair_families.hpp"
 #include "touchstone/tests/support/ask.hpp"
+#include "touchstone/tests/support/random_poses.hpp"
 
 namespace touchstone {
 namespace {
@@ -98,6 +102,78 @@ TEST(CInterface, CornersOfABoxAreABox) {
   std::vector<double> moved = c_interface::corners_of(solids);
   for (double& x : moved) x += 0.25;
   EXPECT_FALSE(c_interface::solids_from_corners(moved)[0].is_box());
+}
+
+/// Spheres, capsules, plates, rounded boxes and a padded frustum, and one box that is not rounded.
+std::vector<Hexahedron> rounded_and_plain() {
+  std::array<Vector3, 8> frustum = Hexahedron::from_size({1, 1, 1}).vertices();
+  for (Vector3& v : frustum)
+    if (v.z() > 0.0) v.x() *= 0.5;
+  return {Hexahedron::sphere(0.4),
+          Hexahedron::capsule(0.2, 1.5),
+          Hexahedron::rounded_box({1.0, 0.0, 0.7}, 0.1),
+          Hexahedron::rounded_box({0.6, 0.8, 1.0}, 0.05),
+          Hexahedron::from_vertices(frustum).padded(0.1),
+          Hexahedron::from_size({0.5, 1.0, 0.3})};
+}
+
+TEST(CInterface, RoundedSolidsGiveTheBitsOfCpp) {
+  const std::vector<Hexahedron> solids = rounded_and_plain();
+  const auto native = make_native();
+  native->build(solids);
+  const Native c(std::vector<Hexahedron>{Hexahedron::from_size({1, 1, 1})});
+  const std::vector<double> corners = c_interface::corners_of(solids);
+  std::vector<double> radii;
+  for (const Hexahedron& solid : solids) radii.push_back(solid.radius());
+  ASSERT_EQ(touchstone_build_rounded(c.narrowphase.get(), corners.data(), radii.data(), solids.size()),
+            TOUCHSTONE_OK)
+      << touchstone_error();
+  std::vector<SolidPair> pairs;
+  for (SolidIndex a = 0; a < solids.size(); ++a)
+    for (SolidIndex b = a + 1; b < solids.size(); ++b) pairs.push_back({a, b});
+  std::mt19937_64 random(2121);
+  std::size_t overlapping = 0;
+  for (int round = 0; round < 40; ++round) {
+    std::vector<Pose> poses;
+    for (std::size_t i = 0; i < solids.size(); ++i) poses.push_back(random_pose(random, 0.8));
+    const Query query{.kind = QueryKind::distance};
+    const Answers expected = ask(*native, pairs, poses, query), got = ask_c(c, pairs, poses, query);
+    ASSERT_EQ(got.status, expected.status);
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      ASSERT_TRUE(same(got.geometry[i].separation, expected.geometry[i].separation)) << i;
+      overlapping += got.status[i] == PairStatus::overlapping ? 1 : 0;
+    }
+  }
+  EXPECT_GT(overlapping, 100u);
+  EXPECT_LT(overlapping, 40 * pairs.size() - 100);
+}
+
+TEST(CInterface, RadiiThatAreNoneAreNamedAndTheLastBuildStays) {
+  const std::vector<Hexahedron> solids(2, Hexahedron::from_size({1, 1, 1}));
+  const Native c(solids);
+  std::vector<double> corners = c_interface::corners_of(solids);
+  for (const double bad : {-0.1, kNaN, kInfinity}) {
+    const std::array radii = {0.0, bad};
+    EXPECT_EQ(touchstone_build_rounded(c.narrowphase.get(), corners.data(), radii.data(), 2),
+              TOUCHSTONE_BAD_INPUT);
+    EXPECT_THAT(touchstone_error(), testing::AllOf(HasSubstr("solid 1"), HasSubstr("radius")));
+  }
+  // What is flat is a solid by its radius alone.
+  for (std::size_t i = 0; i < 8; ++i) corners[24 + 3 * i] = 0.0;
+  EXPECT_EQ(touchstone_build_rounded(c.narrowphase.get(), corners.data(), nullptr, 2), TOUCHSTONE_BAD_INPUT);
+  EXPECT_THAT(touchstone_error(), HasSubstr("solid 1"));
+  // A backend that takes none says so.
+  touchstone_narrowphase* made = nullptr;
+  ASSERT_EQ(touchstone_create("edge_face", &made), TOUCHSTONE_OK);
+  const std::unique_ptr<touchstone_narrowphase, Destroy> edge_face(made);
+  const std::array radii = {0.0, 0.1};
+  EXPECT_EQ(touchstone_build_rounded(made, corners.data(), radii.data(), 2), TOUCHSTONE_BAD_INPUT);
+  EXPECT_THAT(touchstone_error(), HasSubstr("solid 1 is rounded"));
+  // The two cubes of the first build are still asked.
+  const Answers got =
+      ask_c(c, std::vector<SolidPair>{{0, 1}}, std::vector<Pose>{Pose{}, {Matrix3::Identity(), {3, 0, 0}}},
+            {.kind = QueryKind::distance});
+  EXPECT_EQ(got.geometry[0].separation, 2.0);
 }
 
 class BadCalls : public testing::Test {

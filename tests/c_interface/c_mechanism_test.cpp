@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <span>
@@ -144,6 +145,31 @@ void expect_same_feels(const OwnedWorld& world, std::span<const HandFeel> feels)
     ASSERT_EQ(std::memcmp(felt[i].force_W, feels[i].force_W.data(), sizeof felt[i].force_W), 0);
     ASSERT_EQ(std::memcmp(felt[i].moment_W, feels[i].moment_W.data(), sizeof felt[i].moment_W), 0);
   }
+}
+
+TEST(CMechanism, ARoundedBeamStopsAtItsRadius) {
+  const OwnedWorld world = made_world();
+  Crane crane;
+  crane.beam = Crane::corners(Hexahedron::rounded_box({2.0, 0.0, 0.0}, 0.05));
+  crane.links[1].corners = crane.beam.data();
+  const double radius = 0.05;
+  const std::array<const double*, 3> radii = {nullptr, &radius, nullptr};
+  const touchstone_pose origin = c_pose(Pose{}), aside = c_pose(at(0, 1.0, 0.6));
+  touchstone_mechanism arm = 0;
+  ASSERT_EQ(touchstone_add_rounded_mechanism(world.get(), &crane.description, radii.data(), nullptr, &origin,
+                                             nullptr, 0, &arm),
+            TOUCHSTONE_OK)
+      << touchstone_error();
+  touchstone_object wall = 0, beam = 0;
+  ASSERT_EQ(touchstone_add_object(world.get(), "wall", crane.hook.data(), 1, &aside, 1, &wall),
+            TOUCHSTONE_OK);
+  ASSERT_EQ(touchstone_get_link(world.get(), arm, "beam", &beam), TOUCHSTONE_OK);
+  ASSERT_EQ(touchstone_set_policy(world.get(), beam, wall, TOUCHSTONE_ADVANCE, 0.0), TOUCHSTONE_OK);
+  EXPECT_EQ(moved(world, arm, {1.5, 0.0}).blocked_movers, 1u);
+  // The cube's corner at (0.05, 0.95) is the radius away from the beam's middle line, not from its rounded
+  // end: 0.951 m along a line of 1 m.
+  const double turn = joints_of(world, arm)[0];
+  EXPECT_NEAR(0.95 * std::cos(turn) - 0.05 * std::sin(turn), 0.05, 1e-6);
 }
 
 TEST(CMechanism, ABundledArmSlidesAsThroughCpp) {

@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <memory>
@@ -164,6 +165,34 @@ TEST(CWorld, AStepThroughAWallStopsAtIt) {
     EXPECT_EQ(event.geometry.n_AB_W[0], 1.0);
   }
   EXPECT_TRUE(blocked);
+}
+
+TEST(CWorld, ASphereAndACapsuleStopAtTheirRadius) {
+  CWorld c(1e-6);
+  const auto wall = c.add("wall", Hexahedron::from_size({0.01, 9, 9}), at(2, 0, 0), true);
+  ASSERT_EQ(touchstone_set_policy(c.world.get(), TOUCHSTONE_NO_OBJECT, TOUCHSTONE_NO_OBJECT,
+                                  TOUCHSTONE_ADVANCE, 0.0),
+            TOUCHSTONE_OK);
+  // The second is along z, and lies across the way.
+  const std::vector<double> corners = c_interface::corners_of(
+      std::vector<Hexahedron>{Hexahedron::sphere(0.5), Hexahedron::capsule(0.25, 1.0)});
+  const std::array radii = {0.5, 0.25};
+  std::array<touchstone_object, 2> movers{};
+  for (std::size_t i = 0; i < 2; ++i) {
+    const touchstone_pose X = c_pose(at(0, 3.0 * static_cast<double>(i), 0));
+    ASSERT_EQ(touchstone_add_rounded_object(c.world.get(), i == 0 ? "sphere" : "capsule", &corners[24 * i],
+                                            &radii[i], 1, &X, 0, nullptr, 0, &movers[i]),
+              TOUCHSTONE_OK)
+        << touchstone_error();
+  }
+  const touchstone_report report =
+      c.frame({{movers[0], c_pose(at(4, 0, 0))}, {movers[1], c_pose(at(4, 3, 0))}});
+  EXPECT_EQ(report.blocked_movers, 2u);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_NEAR(c.pose(movers[i]).p[0], 2.0 - 0.005 - radii[i], 2e-6);
+    EXPECT_LT(c.pose(movers[i]).p[0], 2.0 - 0.005 - radii[i]);
+  }
+  static_cast<void>(wall);
 }
 
 TEST(CWorld, FramesDoNotAllocate) {
