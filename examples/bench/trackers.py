@@ -2,9 +2,10 @@
 """Bugs that engines' trackers named, asked of the versions that had them: writes trackers.md from trackers.json.
 
     trackers.py --environments DIR --install    # PyPI and npm packages into DIR, a folder a version (some 6 GB)
-    trackers.py --environments DIR [--only BUG ...] [--output FILE]
+    trackers.py --environments DIR [--only BUG ...] [--keep] [--output FILE]
 
 Of some of the bugs alone (--only, or packages that are not in DIR) the page is written where --output is given, and not to trackers.md.
+With --keep the rows of the others are those of trackers.md as it stands, which so gets new bugs without the gigabytes of the old.
 Needs no build: engines answer through their adapters (adapters/process_engine/example), the truth is rational arithmetic
 (tests/hard_cases/exact_hull.py). A bug whose packages are not in DIR is listed as not asked."""
 import argparse
@@ -210,6 +211,16 @@ def row(bug, had, later, truths, cases):
             f"yes{bug.get('note', '')} | {after} |"), True, any(not cases[fault[0]]["new"] for fault in shown)
 
 
+def kept_row(bug, page, cases):
+    """The line of an earlier page about a bug, with its counts as row() has them, by the case that the line shows; None: there is none."""
+    for line in page.splitlines():
+        cells = [cell.strip() for cell in line.split("|")[1:-1]]
+        if len(cells) == 8 and cells[0] == bug["bug"]:
+            is_flagged, shown = cells[6].startswith("yes"), re.match("`([^`]+)`", cells[4])
+            return line, is_flagged, is_flagged and not cases[shown[1]]["new"]
+    return None
+
+
 def page_path(given, is_partial):
     """Where the page is written; None: nowhere, as one of some bugs alone would replace that of all."""
     return given if given or is_partial else HERE / "trackers.md"
@@ -220,6 +231,7 @@ def main():
     parser.add_argument("--environments", type=pathlib.Path, required=True)
     parser.add_argument("--install", action="store_true")
     parser.add_argument("--only", nargs="*")
+    parser.add_argument("--keep", action="store_true", help="of the bugs that --only does not name, the rows of trackers.md")
     parser.add_argument("--output", type=pathlib.Path, help="default: trackers.md, if all bugs were asked")
     options = parser.parse_args()
     folder, listed, cases, known = options.environments.resolve(), json.loads((HERE / "trackers.json").read_text()), load_cases(), {}
@@ -229,9 +241,14 @@ def main():
             known[case["id"]] = truth(case)
         return known[case["id"]]
 
-    lines, flagged, is_partial = [], [], bool(options.only)
+    lines, flagged, is_partial, page = [], [], bool(options.only) and not options.keep, (HERE / "trackers.md").read_text()
     for bug in listed["asked"]:
         if options.only and bug["bug"] not in options.only:
+            kept = kept_row(bug, page, cases) if options.keep else None
+            is_partial = is_partial or kept is None
+            for line, *counts in [kept] if kept else []:
+                lines.append(line)
+                flagged.append(counts)
             continue
         if options.install:
             for packages in (bug["had"], bug["later"]):

@@ -92,6 +92,16 @@ class Environments(unittest.TestCase):
 
 
 class Page(unittest.TestCase):
+    def test_rows_of_bugs_that_are_not_asked_again_are_kept(self):
+        cases, page = trackers.load_cases(), (BENCH / "trackers.md").read_text()
+        listed = json.loads((BENCH / "trackers.json").read_text())["asked"]
+        kept = [trackers.kept_row(bug, page, cases) for bug in listed]
+        self.assertNotIn(None, kept, "a bug of trackers.json has no row: trackers.py --keep --only it")
+        share = f"Flagged: {sum(each[1] for each in kept)} of {len(kept)}, "
+        self.assertIn(share, page)
+        self.assertIn(f", {sum(each[2] for each in kept)} of them by pairs of corpus 1.1", page)
+        self.assertIsNone(trackers.kept_row({"bug": "mujoco#1"}, page, cases))
+
     def test_the_page_of_all_is_not_replaced_by_one_of_some(self):
         self.assertEqual(trackers.page_path(None, False), BENCH / "trackers.md")
         self.assertIsNone(trackers.page_path(None, True))
