@@ -1,14 +1,41 @@
+#include <chrono>
 #include <cstdlib>
+#include <thread>
 
 #include "touchstone/examples/compare_backends/run/workers/worker.hpp"
 #include "touchstone/tests/measures/fake_backends.hpp"
 
-// Offers the fakes; dies in `failing`'s place when it is asked for "dying".
+using namespace touchstone;
+
+namespace {
+
+/// Answers `separated` after a while.
+class Late final : public comparison::testing::PairByPair {
+ public:
+  Late(std::string name, std::chrono::milliseconds a_call)
+      : PairByPair(std::move(name), Capabilities{}), a_call_(a_call) {}
+
+ private:
+  void answer(const NarrowphaseInput&, std::size_t i, const NarrowphaseOutput& output) const override {
+    if (i == 0) std::this_thread::sleep_for(a_call_);
+    output.status[i] = PairStatus::separated;
+  }
+
+  std::chrono::milliseconds a_call_;
+};
+
+}  // namespace
+
+// Offers the fakes; dies when it is asked for "dying", and answers "hanging" in an hour, "slow" in 0.1 s a
+// call.
 int main(int argc, char** argv) {
-  using namespace touchstone;
   return comparison::worker_main(argc, argv, [](BackendRegistry& registry) {
     comparison::testing::register_fakes(registry);
-    registry.add(BackendRegistry::NarrowphaseEntry{
-        "dying", "ends its process", []() -> std::unique_ptr<Narrowphase> { std::abort(); }, {}});
+    const auto add = [&](std::string name, std::function<std::unique_ptr<Narrowphase>()> make) {
+      registry.add(BackendRegistry::NarrowphaseEntry{std::move(name), "of these tests", std::move(make), {}});
+    };
+    add("dying", []() -> std::unique_ptr<Narrowphase> { std::abort(); });
+    add("hanging", [] { return std::make_unique<Late>("hanging", std::chrono::hours(1)); });
+    add("slow", [] { return std::make_unique<Late>("slow", std::chrono::milliseconds(100)); });
   });
 }

@@ -63,6 +63,30 @@ TEST(Worker, ADeadOneIsFailedAndTheRestGoesOn) {
   EXPECT_EQ(result.backends[1].judgement.wrongness[1].failed, 2u);
 }
 
+TEST(Worker, AHangingOneIsEndedAndFailed) {
+  Worker worker = describe_worker(TEST_WORKER);
+  worker.backends = {{"hanging", "never returns"}};
+  worker.time_limit = std::chrono::milliseconds(300);
+  const std::vector<std::string> names = {"hanging"};
+  const auto answers = run_in_worker(worker, names, testing::cubes({0.5, -0.25}), quick());
+  ASSERT_EQ(answers.size(), 1u);
+  EXPECT_NE(answers[0].failure.find("gave no answer within 0.3 s"), std::string::npos) << answers[0].failure;
+  EXPECT_EQ(answers[0].queries[0].status, std::vector<PairStatus>(2, PairStatus::failed));
+}
+
+TEST(Worker, AnEngineThatTakesLongInAllIsNotAHangingOne) {
+  Worker worker = describe_worker(TEST_WORKER);
+  worker.backends = {{"slow", "a tenth of a second a call"}};
+  worker.time_limit = std::chrono::milliseconds(1000);
+  MeasureOptions options = quick();
+  options.time_pairs = options.perturb = false;
+  const std::vector<std::string> names = {"slow"};
+  PairSet set = testing::cubes(std::vector<double>(256 * 5, 0.5));  // 5 calls a query: 1.5 s
+  const auto answers = run_in_worker(worker, names, set, options);
+  ASSERT_EQ(answers.size(), 1u);
+  EXPECT_EQ(answers[0].failure, "");
+}
+
 TEST(Worker, AProgramThatIsNotThereSaysSo) { EXPECT_NE(describe_worker("/no/such/program").failure, ""); }
 
 TEST(Job, CarriesEveryBitOfTheSolids) {

@@ -3,11 +3,19 @@
 #include <math.h>
 #include <signal.h>
 #include <stdio.h>
+#include <string.h>
+#include <unistd.h>
 
 #include "touchstone_plugin.h"
 
 #ifndef ABI_VERSION
 #define ABI_VERSION TOUCHSTONE_ABI_VERSION
+#endif
+#ifndef DESCRIPTION
+#define DESCRIPTION "answers nonsense"
+#endif
+#ifndef MOST_SOLIDS
+#define MOST_SOLIDS 1000
 #endif
 
 static int instance;
@@ -16,7 +24,11 @@ static void* create(void) { return &instance; }
 static void destroy(void* self) { (void)self; }
 static int build(void* self, const double* corners, size_t solids, char* error, size_t error_size) {
   (void)self, (void)corners;
-  if (solids < 1000) return 0;
+  if (solids < MOST_SOLIDS) return 0;
+#ifdef UNTIDY
+  memset(error, 0xFE, error_size); /* neither text nor ended */
+  return 1;
+#endif
   snprintf(error, error_size, "solid %zu is one too many", solids - 1);
   return 1;
 }
@@ -39,7 +51,16 @@ static void crash(const void* self, void* workspace, const touchstone_input* in,
   if (in->pair_count > 31) raise(SIGSEGV);
   evaluate(self, workspace, in, out);
 }
-void (*each_is_used[2])(const void*, void*, const touchstone_input*, const touchstone_output*) = {evaluate, crash};
+static void hang(const void* self, void* workspace, const touchstone_input* in, const touchstone_output* out) {
+  while (in->pair_count > 31) pause();
+  evaluate(self, workspace, in, out);
+}
+void (*each_is_used[3])(const void*, void*, const touchstone_input*, const touchstone_output*) = {evaluate, crash, hang};
+#ifdef HANG_AT_LOAD
+__attribute__((constructor)) static void hang_at_load(void) {
+  for (;;) pause();
+}
+#endif
 #ifndef EVALUATE
 #define EVALUATE evaluate
 #endif
@@ -48,6 +69,6 @@ void (*each_is_used[2])(const void*, void*, const touchstone_input*, const touch
 #endif
 
 const touchstone_backend touchstone_plugin = {
-    ABI_VERSION, sizeof(touchstone_backend), NAME, "answers nonsense",
+    ABI_VERSION, sizeof(touchstone_backend), NAME, DESCRIPTION,
     {.distance = 1, .penetration = 1, .manifold = 1, .scalar_bits = 64},
     create, destroy, build, create_workspace, destroy_workspace, EVALUATE};

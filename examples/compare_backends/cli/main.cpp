@@ -103,8 +103,12 @@ int report_run(const Options& options, const Backends& backends, const ShardAnsw
 Backends backends_for(const Options& options) {
   const std::filesystem::path program = std::filesystem::canonical("/proc/self/exe");
   Backends backends = build_backends(program);
-  add_plugins(backends, program, options.plugins);
-  add_engines(backends, options.engines);
+  std::optional<std::chrono::milliseconds> limit;
+  if (options.engine_limit)
+    limit = std::chrono::duration_cast<std::chrono::milliseconds>(
+        std::chrono::duration<double>(*options.engine_limit));
+  add_plugins(backends, program, options.plugins, limit.value_or(kWorkerTimeLimit));
+  add_engines(backends, options.engines, limit);
   return backends;
 }
 

@@ -12,10 +12,11 @@
 namespace touchstone::comparison {
 
 struct Options {
-  std::vector<std::string> backends;  ///< empty: all
-  std::vector<std::string> plugins;   ///< shared libraries with a backend each
-  std::vector<std::string> engines;   ///< commands of engines as processes
-  std::vector<std::string> families;  ///< empty: all
+  std::vector<std::string> backends;   ///< empty: all
+  std::vector<std::string> plugins;    ///< shared libraries with a backend each
+  std::vector<std::string> engines;    ///< commands of engines as processes
+  std::optional<double> engine_limit;  ///< [s], for which they may be silent; none: each kind's own
+  std::vector<std::string> families;   ///< empty: all
   std::vector<std::string> scenes;
   std::vector<SceneSetting> scene_settings;
   std::string pairs_file;            ///< of --pairs or --capture

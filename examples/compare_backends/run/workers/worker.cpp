@@ -9,12 +9,14 @@
 
 #include <algorithm>
 #include <cstring>
+#include <deque>
 #include <fstream>
 #include <iostream>
 #include <thread>
 
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/compare_backends/run/workers/job_io.hpp"
+#include "touchstone/examples/compare_backends/run/workers/signs_of_life.hpp"
 #include "touchstone/examples/program/terminal/interruption.hpp"
 
 extern char** environ;
@@ -61,10 +63,34 @@ void write_file(const fs::path& path, const std::string& bytes) {
   if (!stream) throw std::runtime_error(path.string() + " cannot be written: is the disk full?");
 }
 
-// Runs the program to its end. Returns "" or how it failed.
-std::string run_program(const Worker& worker, std::vector<std::string> arguments, const Progress& progress) {
+// Whether the count stood still for longer than a limit.
+class Patience {
+ public:
+  Patience(const SignsOfLife& signs, std::chrono::milliseconds limit) : signs_(signs), limit_(limit) {}
+  bool is_over() {
+    const auto now = std::chrono::steady_clock::now();
+    if (const std::uint64_t count = signs_.count(); count != last_) {
+      last_ = count;
+      since_ = now;
+    }
+    return now - since_ > limit_;
+  }
+
+ private:
+  const SignsOfLife& signs_;
+  std::chrono::milliseconds limit_;
+  std::uint64_t last_ = 0;
+  std::chrono::steady_clock::time_point since_ = std::chrono::steady_clock::now();
+};
+
+// Runs the program to its end, which gives signs of life in a file of `folder`. Returns "" or how it failed.
+std::string run_program(const Worker& worker, const fs::path& folder, std::vector<std::string> arguments,
+                        const Progress& progress) {
   const fs::path& program = worker.program;
   // The program comes first, then its own arguments, then those of the job.
+  const fs::path life = folder / "life";
+  const SignsOfLife signs(life);
+  arguments.insert(arguments.begin() + 1, life.string());
   arguments.insert(arguments.begin(), worker.arguments.begin(), worker.arguments.end());
   arguments.insert(arguments.begin(), program.string());
   std::vector<char*> argv;
@@ -81,10 +107,16 @@ std::string run_program(const Worker& worker, std::vector<std::string> arguments
   });
   // Polling lets progress and interrupts through.
   int status = 0;
+  Patience patience(signs, worker.time_limit);
   try {
     while (waitpid(process, &status, WNOHANG) == 0) {
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
       if (progress) progress(0.0);
+      if (!patience.is_over()) continue;
+      kill(process, SIGKILL);
+      waitpid(process, &status, 0);
+      return fmt::format("{} gave no answer within {:g} s", program.filename().string(),
+                         1e-3 * static_cast<double>(worker.time_limit.count()));
     }
   } catch (...) {
     kill(process, SIGKILL);
@@ -127,13 +159,15 @@ bool Worker::offers(std::string_view name) const {
                      [&](const auto& backend) { return backend.first == name; });
 }
 
-Worker describe_worker(const fs::path& program, const std::vector<std::string>& arguments) {
+Worker describe_worker(const fs::path& program, const std::vector<std::string>& arguments,
+                       std::chrono::milliseconds time_limit) {
   Worker worker;
+  worker.time_limit = time_limit;
   worker.program = program;
   worker.arguments = arguments;
   const TemporaryFolder folder;
   const fs::path answer = folder.path() / "backends";
-  worker.failure = run_program(worker, {"--describe", answer.string()}, {});
+  worker.failure = run_program(worker, folder.path(), {"--describe", answer.string()}, {});
   if (!worker.failure.empty()) return worker;
   std::ifstream stream(answer);
   for (std::string name, description; std::getline(stream, name) && std::getline(stream, description);) {
@@ -148,7 +182,8 @@ std::vector<BackendAnswers> run_in_worker(const Worker& worker, std::span<const 
   const TemporaryFolder folder;
   const fs::path job = folder.path() / "job", answers = folder.path() / "answers";
   write_file(job, encode_job({{backends.begin(), backends.end()}, options, set}));
-  const std::string failure = run_program(worker, {"--run", job.string(), answers.string()}, progress);
+  const std::string failure =
+      run_program(worker, folder.path(), {"--run", job.string(), answers.string()}, progress);
   if (!failure.empty()) return all_failed(worker, backends, set, failure);
   try {
     return decode_answers(read_file(answers));
@@ -165,18 +200,22 @@ int worker_main(int argc, char** argv, const std::function<void(BackendRegistry&
     BackendRegistry registry;
     add_backends(registry);
     // The program asks for the names of the backends first.
-    if (arguments.size() == 2 && arguments[0] == "--describe") {
-      std::ofstream stream(arguments[1]);
+    if (arguments.size() == 3 && arguments[0] == "--describe") {
+      std::ofstream stream(arguments[2]);
       for (const auto& entry : registry.narrowphases())
         stream << entry.name << "\n" << entry.description << "\n";
       return stream ? 0 : 1;
     }
     // A job comes as one file, and its answers go back as another.
-    if (arguments.size() == 3 && arguments[0] == "--run") {
-      const Job job = decode_job(read_file(arguments[1]));
+    if (arguments.size() == 4 && arguments[0] == "--run") {
+      SignsOfLife signs(arguments[1]);
+      const Job job = decode_job(read_file(arguments[2]));
+      std::deque<BackendRegistry::NarrowphaseEntry> named;
       std::vector<const BackendRegistry::NarrowphaseEntry*> entries;
-      for (const std::string& name : job.backends) entries.push_back(&registry.narrowphase(name));
-      write_file(arguments[2], encode_answers(run_backends(entries, job.set, job.options)));
+      for (const std::string& name : job.backends)
+        entries.push_back(&named.emplace_back(watched(registry.narrowphase(name), signs)));
+      write_file(arguments[3], encode_answers(run_backends(entries, job.set, job.options,
+                                                           [&signs](double) { signs.give(); })));
       return 0;
     }
   } catch (const std::exception& error) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -14,19 +15,24 @@
 
 namespace touchstone::comparison {
 
+inline constexpr std::chrono::milliseconds kWorkerTimeLimit{60'000};
+
 /// A worker program and what it offers. A program that cannot be run offers nothing and says why.
 struct Worker {
   std::filesystem::path program;
   std::vector<std::string> arguments;                         ///< before those of describing and running
   std::vector<std::pair<std::string, std::string>> backends;  ///< name and description
   std::string failure;
+  /// How long an engine may be busy with a call, or the worker with what is between calls.
+  std::chrono::milliseconds time_limit = kWorkerTimeLimit;
 
   bool offers(std::string_view name) const;
 };
 
-Worker describe_worker(const std::filesystem::path& program, const std::vector<std::string>& arguments = {});
+Worker describe_worker(const std::filesystem::path& program, const std::vector<std::string>& arguments = {},
+                       std::chrono::milliseconds time_limit = kWorkerTimeLimit);
 
-/// As run_backends, in the worker. If it dies every case of these backends is `failed` and
+/// As run_backends, in the worker. If it dies or hangs every case of these backends is `failed` and
 /// BackendAnswers::failure says how. `progress` is called (with 0) while it runs; what it throws ends the
 /// worker first.
 std::vector<BackendAnswers> run_in_worker(const Worker& worker, std::span<const std::string> backends,

@@ -1,0 +1,68 @@
+#include "touchstone/examples/compare_backends/run/workers/signs_of_life.hpp"
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <new>
+#include <stdexcept>
+#include <utility>
+
+namespace touchstone::comparison {
+namespace {
+
+static_assert(std::atomic<std::uint64_t>::is_always_lock_free);
+
+class WatchedNarrowphase final : public Narrowphase {
+ public:
+  WatchedNarrowphase(std::unique_ptr<Narrowphase> inner, SignsOfLife& signs)
+      : inner_(std::move(inner)), signs_(signs) {}
+
+  std::string_view name() const noexcept override { return inner_->name(); }
+  const Capabilities& capabilities() const noexcept override { return inner_->capabilities(); }
+  void build(std::span<const Hexahedron> solids) override {
+    signs_.give();
+    inner_->build(solids);
+    signs_.give();
+  }
+  bool set_solids(SolidIndex first, std::span<const Hexahedron> solids) override {
+    return inner_->set_solids(first, solids);
+  }
+  std::unique_ptr<Workspace> make_workspace() const override { return inner_->make_workspace(); }
+  void evaluate(const NarrowphaseInput& input, const NarrowphaseOutput& output,
+                Workspace& workspace) const noexcept override {
+    signs_.give();
+    inner_->evaluate(input, output, workspace);
+    signs_.give();
+  }
+
+ private:
+  std::unique_ptr<Narrowphase> inner_;
+  SignsOfLife& signs_;
+};
+
+}  // namespace
+
+SignsOfLife::SignsOfLife(const std::filesystem::path& file) {
+  using Count = std::atomic<std::uint64_t>;
+  const int opened = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+  if (opened < 0) throw std::runtime_error(file.string() + " cannot be opened");
+  // A file that is made longer is filled with zeros, which is a count of none.
+  void* const memory = ftruncate(opened, sizeof(Count)) == 0
+                           ? mmap(nullptr, sizeof(Count), PROT_READ | PROT_WRITE, MAP_SHARED, opened, 0)
+                           : MAP_FAILED;
+  close(opened);
+  if (memory == MAP_FAILED) throw std::runtime_error(file.string() + " cannot be mapped");
+  count_ = std::launder(static_cast<Count*>(memory));
+}
+
+SignsOfLife::~SignsOfLife() { munmap(count_, sizeof *count_); }
+
+BackendRegistry::NarrowphaseEntry watched(const BackendRegistry::NarrowphaseEntry& entry,
+                                          SignsOfLife& signs) {
+  BackendRegistry::NarrowphaseEntry out = entry;
+  out.make = [make = entry.make, &signs] { return std::make_unique<WatchedNarrowphase>(make(), signs); };
+  return out;
+}
+
+}  // namespace touchstone::comparison

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+
+#include "touchstone/contact_core/registry.hpp"
+
+namespace touchstone::comparison {
+
+/// A count in a file that a worker raises wherever it calls an engine and that returns; whoever waits for the
+/// worker sees whether the engine hangs. Costs a nanosecond a call.
+class SignsOfLife {
+ public:
+  /// Maps the file, which it makes where there is none. @throws std::runtime_error: it cannot.
+  explicit SignsOfLife(const std::filesystem::path& file);
+  ~SignsOfLife();
+  SignsOfLife(const SignsOfLife&) = delete;
+  SignsOfLife& operator=(const SignsOfLife&) = delete;
+
+  /// From any thread. Of two at once one may be lost: it moved all the same.
+  void give() noexcept {
+    count_->store(count_->load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+  }
+  std::uint64_t count() const noexcept { return count_->load(std::memory_order_relaxed); }
+
+ private:
+  std::atomic<std::uint64_t>* count_;
+};
+
+/// A backend whose narrowphases give a sign before and after each call; answers are the inner one's.
+/// @param signs outlives them.
+BackendRegistry::NarrowphaseEntry watched(const BackendRegistry::NarrowphaseEntry& entry, SignsOfLife& signs);
+
+}  // namespace touchstone::comparison
