@@ -98,7 +98,8 @@ class PluginNarrowphase final : public Narrowphase {
     std::array<char, 512> error{};
     if (backend().build(self_, corners.data(), solids.size(), error.data(), error.size()) != 0) {
       error.back() = '\0';
-      reject("plug-in " + std::string(name()), error[0] == '\0' ? "refuses a solid" : error.data());
+      reject("plug-in " + std::string(name()),
+             error[0] == '\0' ? "refuses a solid" : engine_text(error.data()));
     }
     solid_count_ = solids.size();
   }
@@ -143,7 +144,7 @@ std::string register_plugin(BackendRegistry& registry, const std::filesystem::pa
   const touchstone_backend& backend = loaded->backend();
   registry.add(BackendRegistry::NarrowphaseEntry{
       backend.name,
-      backend.description == nullptr ? "plug-in " + library.string() : backend.description,
+      engine_text(backend.description == nullptr ? "plug-in " + library.string() : backend.description),
       [loaded] { return std::make_unique<PluginNarrowphase>(loaded); },
       {}});
   return backend.name;

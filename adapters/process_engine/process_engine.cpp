@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "touchstone/adapters/c_interface/corners.hpp"
+#include "touchstone/adapters/plugin/engine_name.hpp"
 #include "touchstone/adapters/process_engine/child_process.hpp"
 #include "touchstone/adapters/process_engine/protocol.hpp"
 #include "touchstone/contact_core/input_error.hpp"
@@ -283,7 +284,7 @@ std::string register_process_engine(BackendRegistry& registry, const ProcessEngi
   const Greeting& greeting = engine->greeting;
   registry.add(BackendRegistry::NarrowphaseEntry{
       greeting.name,
-      greeting.description.empty() ? "process " + options.command.front() : greeting.description,
+      engine_text(greeting.description.empty() ? "process " + options.command.front() : greeting.description),
       [engine = std::shared_ptr<const Engine>(engine)] {
         return std::make_unique<ProcessNarrowphase>(engine);
       },

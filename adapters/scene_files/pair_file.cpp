@@ -400,7 +400,7 @@ std::string pairs_text(std::span<const PairCase> cases) {
   for (std::size_t i = 0; i < cases.size(); ++i) {
     if (!cases[i].pair) throw InputError("case '" + cases[i].id + "' is invalid and cannot be saved");
     // The library writes the shortest decimal (at most 17 digits) that reads back as the same double.
-    text << (i == 0 ? "\n" : ",\n") << to_json(cases[i]).dump();
+    text << (i == 0 ? "\n" : ",\n") << to_json(cases[i]).dump(-1, ' ', false, Json::error_handler_t::replace);
   }
   text << "\n]\n";
   return text.str();

@@ -119,7 +119,7 @@ std::string results_json(const std::vector<SceneResult>& results,
                                      : OverallVerdict{"", "the run ended before all scenes were done"};
   out["build_on"] = verdict.recommended.empty() ? Json(nullptr) : Json(verdict.recommended);
   out["reason"] = verdict.reason;
-  return out.dump(1) + "\n";
+  return out.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";  // paths and names may be no UTF-8
 }
 
 std::string results_csv(const std::vector<SceneResult>& results,

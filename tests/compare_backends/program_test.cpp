@@ -578,6 +578,16 @@ TEST_F(Program, SwappingTheBackendOfASceneIsOneWord) {
   }
 }
 
+TEST_F(Program, AFolderWhoseNameIsNoUtf8GetsItsReport) {
+  const fs::path folder = folder_ / "caf\xE9";
+  const Outcome outcome =
+      run("--families random --count 20 --repetitions 1 --quick --no-broadphase --backend native --output '" +
+          folder.string() + "'");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto json = nlohmann::json::parse(read(folder / "results.json"));
+  EXPECT_THAT(json.dump(), HasSubstr("caf\xEF\xBF\xBD"));  // U+FFFD
+}
+
 TEST_F(Program, SetsASceneParameter) {
   const Outcome outcome = run("--families none --no-broadphase --quick --backend native --scene " SCENES
                               "/oru_insertion.yaml " SCENES

@@ -3,7 +3,10 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <string>
+#include <vector>
 
+#include "touchstone/adapters/plugin/engine_name.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/tests/support/ask.hpp"
 
@@ -54,6 +57,24 @@ TEST(Plugin, WhatIsNoneIsRefusedByName) {
   EXPECT_THAT(refusal(NEXT_VERSION_PLUGIN), HasSubstr("version 2 of the interface, this is 1"));
   EXPECT_THAT(refusal(INCOMPLETE_PLUGIN), HasSubstr("lacks a function"));
   EXPECT_THAT(refusal(MISNAMED_PLUGIN), HasSubstr("its name is not up to 64 letters, digits and _ - + ."));
+}
+
+TEST(Plugin, WhatIsNoTextBecomesOneLineOfIt) {
+  EXPECT_EQ(engine_text("caf\xC3\xA9 \xE2\x88\x9E"), "caf\xC3\xA9 \xE2\x88\x9E");
+  EXPECT_EQ(engine_text("a\nb\x1B[31m\x7F\xC2\x9B"), "a b [31m  ");
+  // Not UTF-8: a byte of Latin-1, an end that is missing, a longer form, half a UTF-16 pair, beyond U+10FFFF.
+  EXPECT_EQ(engine_text("\xE9t\xC3"), "?t?");
+  EXPECT_EQ(engine_text("\xC0\xAF\xED\xA0\x80\xF4\x90\x80\x80"), "?????????");
+  EXPECT_EQ(engine_text(std::string(255, 'x') + "\xC3\xA9"), std::string(255, 'x'));
+  BackendRegistry registry;
+  register_plugin(registry, UNTIDY_PLUGIN);
+  EXPECT_EQ(registry.narrowphase("bad").description, "two lines,  [31mred, caf?");
+  try {
+    registry.make_narrowphase("bad")->build(std::vector<Hexahedron>(100, Hexahedron::from_size({1, 1, 1})));
+    ADD_FAILURE();
+  } catch (const InputError& error) {
+    EXPECT_EQ(std::string(error.what()), "plug-in bad: " + std::string(256, '?'));
+  }
 }
 
 TEST(Plugin, ANameIsTakenOnce) {

@@ -90,7 +90,7 @@ std::string answers_json(const PairFileResult& result) {
       json["answers"].push_back(json_answer(backend, each.index));
     root["cases"].push_back(json);
   }
-  return root.dump(1) + "\n";
+  return root.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";  // paths and names may be no UTF-8
 }
 
 std::string answers_csv(const PairFileResult& result) {

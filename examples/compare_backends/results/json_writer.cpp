@@ -109,7 +109,7 @@ void add_conclusions(const Report& report, Json& root) {
 }  // namespace
 
 std::string choices_json(const Report& report) {
-  std::string text = json(report.choices).dump();
+  std::string text = one_line(json(report.choices));
   for (std::size_t at = 0; (at = text.find('<', at)) != std::string::npos;) text.replace(at, 1, "\\u003c");
   return text;
 }
@@ -121,7 +121,7 @@ std::string results_json(const Report& report) {
   add_backends(report, root);
   add_measured(report, root);
   add_conclusions(report, root);
-  return root.dump(1) + "\n";
+  return root.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";  // paths and names may be no UTF-8
 }
 
 }  // namespace touchstone::comparison

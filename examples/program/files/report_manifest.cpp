@@ -73,7 +73,7 @@ std::string manifest_text(const Manifest& manifest) {
   json["files"] = Json::array();
   for (const ManifestEntry& file : manifest.files)
     json["files"].push_back({{"name", file.name}, {"bytes", file.bytes}, {"sha256", file.sha256}});
-  return json.dump(1) + "\n";
+  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";  // paths and names may be no UTF-8
 }
 
 FileOwner owner_of(const fs::path& folder, const std::optional<Manifest>& manifest, const std::string& name) {

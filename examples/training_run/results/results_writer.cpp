@@ -117,7 +117,7 @@ std::string results_json(const std::vector<ScriptResult>& results,
     for (const MethodResult& method : result.methods) script["methods"].push_back(json(setting, method));
     out["scripts"].push_back(std::move(script));
   }
-  return out.dump(1) + "\n";
+  return out.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";  // paths and names may be no UTF-8
 }
 
 std::string results_csv(const std::vector<ScriptResult>& results,
