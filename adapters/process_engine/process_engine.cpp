@@ -26,6 +26,8 @@ namespace {
 
 /// Time limits that one question may take in all: an engine that gives a byte now and then is ended, too.
 constexpr int kLimitsOfAQuestion = 30;
+/// Starts in a row without an answer after which an engine is given up, in what one workspace may take.
+constexpr int kWorkspacesInVain = 4;
 /// Interpreters take their time to start.
 constexpr int kLimitsOfAStart = 5;
 
@@ -76,6 +78,11 @@ struct Engine {
   Greeting greeting;
   std::unique_ptr<Protocol> protocol;
   mutable std::mutex telling;
+  /// In a row, of all workspaces.
+  mutable std::atomic<int> starts_without_answer = 0;
+
+  /// An engine that hangs whatever it is asked would cost each workspace its restarts, minutes each.
+  bool is_given_up() const { return starts_without_answer >= kWorkspacesInVain * (options.max_restarts + 1); }
 
   void tell(const std::string& what) const {
     const std::lock_guard lock(telling);
@@ -109,6 +116,7 @@ class Connection final : public Narrowphase::Workspace {
       if (!is_running(solids)) return give_up(all.subspan(at), output);
       const auto [answered, failure] = ask_part({input, part, ++batch_}, output);
       at += answered;
+      if (answered > 0) engine_->starts_without_answer = 0;
       if (failure.empty()) continue;
       child_.reset();
       if (part.size() == 1) {
@@ -134,8 +142,10 @@ class Connection final : public Narrowphase::Workspace {
   bool is_running(const Solids& solids) {
     while (child_ == nullptr || built_ != solids.build) {
       if (child_ == nullptr) {
-        if (starts_ > engine_->options.max_restarts) return false;  // here for ever after
+        if (starts_ > engine_->options.max_restarts || engine_->is_given_up())
+          return false;  // here for ever after
         ++starts_;
+        ++engine_->starts_without_answer;
       }
       try {
         if (child_ == nullptr) start();
@@ -196,8 +206,12 @@ class Connection final : public Narrowphase::Workspace {
     for (const std::uint32_t i : unasked)
       output.status[i] = PairStatus::failed;  // a reply not believed left more
     if (std::exchange(told_end_, true)) return;
-    engine_->tell("given up after " + std::to_string(engine_->options.max_restarts) + " restarts; " +
-                  std::to_string(unasked.size()) + " pairs here and all later ones are failed unasked");
+    const std::string why =
+        engine_->is_given_up()
+            ? std::to_string(engine_->starts_without_answer) + " starts without an answer; "
+            : std::to_string(engine_->options.max_restarts) + " restarts; ";
+    engine_->tell("given up after " + why + std::to_string(unasked.size()) +
+                  " pairs here and all later ones are failed unasked");
   }
 
   std::shared_ptr<const Engine> engine_;

@@ -25,7 +25,8 @@ struct ProcessEngineOptions {
   std::vector<std::string> command;  ///< program (looked for in PATH) and arguments
   /// An engine that neither takes nor gives a byte for so long hangs; it may start for five times that.
   std::chrono::milliseconds time_limit{2000};
-  /// Of one workspace; then its pairs are `failed` unasked.
+  /// Of one workspace; then its pairs are `failed` unasked. After four times as many starts in a row without
+  /// an answer, in all workspaces, those of every later one, too.
   int max_restarts = 16;
   /// Gets each failure, one line; from any thread, one at a time. Must not throw. Empty: to stderr.
   std::function<void(std::string_view)> on_failure = {};

@@ -136,6 +136,33 @@ TEST(ProcessEngine, AFloodIsNotBelievedAndEnds) {
   EXPECT_THAT(bad.told.back(), HasSubstr("given up after 16 restarts"));
 }
 
+// Eight starts: four workspaces' worth of two.
+TEST(ProcessEngine, OneThatNeverAnswersIsGivenUpInAllWorkspaces) {
+  std::vector<std::string> told;
+  BackendRegistry registry;
+  const std::string name = register_process_engine(
+      registry, {.command = {BAD_ENGINE, "crash"},
+                 .time_limit = milliseconds(5000),
+                 .max_restarts = 1,
+                 .on_failure = [&](std::string_view what) { told.emplace_back(what); }});
+  const auto narrowphase = registry.make_narrowphase(name);
+  const Row row;
+  narrowphase->build(row.solids);
+  const std::vector<SolidPair> bad(60, SolidPair{0, 31}), good(60, SolidPair{0, 1});
+  const auto first_status = [&](const std::vector<SolidPair>& pairs) {
+    return ask(*narrowphase, pairs, row.poses, {.kind = QueryKind::distance}).status[0];  // a workspace each
+  };
+  // What answers now and then is asked on.
+  for (int i = 0; i < 6; ++i) {
+    EXPECT_EQ(first_status(bad), PairStatus::failed);
+    EXPECT_EQ(first_status(good), PairStatus::separated);
+  }
+  for (int i = 0; i < 4; ++i) EXPECT_EQ(first_status(bad), PairStatus::failed);
+  told.clear();
+  EXPECT_EQ(first_status(good), PairStatus::failed);
+  EXPECT_THAT(told, ElementsAre(HasSubstr("given up after 8 starts without an answer; 60 pairs here")));
+}
+
 std::string refusal(std::vector<std::string> command, milliseconds limit = milliseconds(5000)) {
   BackendRegistry registry;
   try {
