@@ -229,7 +229,7 @@ BoxScene other_spot() {
 // Scenes that are drawn, for reports: sizes, places, speeds, frictions and masses of which nothing was
 // chosen.
 
-constexpr unsigned kDrawnSeed = 17700, kDrawnScenes = 8;
+constexpr unsigned kDrawnScenes = 8;
 
 class Draw {
  public:
@@ -252,8 +252,8 @@ BoxScene drawn_scene(const char* what, unsigned number, double seconds, Draw& dr
   return scene;
 }
 
-BoxScene drawn_squeeze(bool has_wall, unsigned number) {
-  Draw draw(kDrawnSeed + 100 * (has_wall ? 1 : 0) + number);
+BoxScene drawn_squeeze(bool has_wall, unsigned seed, unsigned number) {
+  Draw draw(seed + 100 * (has_wall ? 1 : 0) + number);
   BoxScene scene = drawn_scene(has_wall ? "pusher" : "jaws", number, 2.0, draw);
   const double side = draw(0.08, 0.5), speed = draw(0.02, 0.3), gap = draw(1e-4, 3e-3), aside = 0.3 * side;
   const double z = has_wall ? 0.5 * side : 2.0;
@@ -270,8 +270,8 @@ BoxScene drawn_squeeze(bool has_wall, unsigned number) {
   return scene;
 }
 
-BoxScene drawn_overlap(bool is_spot, unsigned number) {
-  Draw draw(kDrawnSeed + (is_spot ? 300 : 200) + number);
+BoxScene drawn_overlap(bool is_spot, unsigned seed, unsigned number) {
+  Draw draw(seed + (is_spot ? 300 : 200) + number);
   BoxScene scene = drawn_scene(is_spot ? "spot" : "deep", number, 3.0, draw);
   const double side = draw(0.1, 0.4), spread = is_spot ? 0.1 * side : 0.6 * side;
   const int count = is_spot ? draw.whole(5, 14) : draw.whole(2, 3);
@@ -285,21 +285,21 @@ BoxScene drawn_overlap(bool is_spot, unsigned number) {
   return scene;
 }
 
-BoxScene drawn_bin(unsigned number) {
-  Draw draw(kDrawnSeed + 400 + number);
+BoxScene drawn_bin(unsigned seed, unsigned number) {
+  Draw draw(seed + 400 + number);
   BoxScene scene = drawn_scene("bin", number, 3.0, draw);
   const int count = draw.whole(3, 9);
   add_bin(scene, draw(0.42, 0.7), 4.0);
-  add_loose(scene, count, 1, kDrawnSeed + 500 + number);
+  add_loose(scene, count, 1, seed + 500 + number);
   return scene;
 }
 
-void add_drawn(std::vector<BoxScene>& all) {
-  for (unsigned i = 1; i <= kDrawnScenes; ++i) all.push_back(drawn_squeeze(false, i));
-  for (unsigned i = 1; i <= kDrawnScenes; ++i) all.push_back(drawn_squeeze(true, i));
-  for (unsigned i = 1; i <= kDrawnScenes; ++i) all.push_back(drawn_overlap(false, i));
-  for (unsigned i = 1; i <= kDrawnScenes; ++i) all.push_back(drawn_overlap(true, i));
-  for (unsigned i = 1; i <= kDrawnScenes; ++i) all.push_back(drawn_bin(i));
+void add_drawn(std::vector<BoxScene>& all, unsigned seed) {
+  for (unsigned i = 1; i <= kDrawnScenes; ++i) all.push_back(drawn_squeeze(false, seed, i));
+  for (unsigned i = 1; i <= kDrawnScenes; ++i) all.push_back(drawn_squeeze(true, seed, i));
+  for (unsigned i = 1; i <= kDrawnScenes; ++i) all.push_back(drawn_overlap(false, seed, i));
+  for (unsigned i = 1; i <= kDrawnScenes; ++i) all.push_back(drawn_overlap(true, seed, i));
+  for (unsigned i = 1; i <= kDrawnScenes; ++i) all.push_back(drawn_bin(seed, i));
 }
 
 void add_others(std::vector<BoxScene>& all) {
@@ -320,7 +320,7 @@ void add_others(std::vector<BoxScene>& all) {
 
 }  // namespace
 
-std::vector<BoxScene> box_scenes() {
+std::vector<BoxScene> box_scenes(unsigned drawn_seed) {
   std::vector<BoxScene> all{jaws(), pusher(), deep_pair(), bin()};
   for (unsigned draw = 1; draw <= kDraws; ++draw) all.push_back(bin(draw));
   for (const double step : {1e-3, kDisplayStep})
@@ -340,7 +340,7 @@ std::vector<BoxScene> box_scenes() {
   all.push_back(spawned_deep());
   all.push_back(in_one_spot());
   add_others(all);
-  add_drawn(all);
+  add_drawn(all, drawn_seed);
   return all;
 }
 

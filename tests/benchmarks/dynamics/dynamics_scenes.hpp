@@ -33,8 +33,8 @@ struct BoxScene {
   bool is_placed = false;  ///< boxes are to stay where they start
 };
 
-/// Every scene there is.
-std::vector<BoxScene> box_scenes();
+/// Every scene there is, those that are drawn by this seed.
+std::vector<BoxScene> box_scenes(unsigned drawn_seed);
 
 /// How a box moves.
 struct BoxMotion {
