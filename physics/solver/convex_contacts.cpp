@@ -248,15 +248,16 @@ double ConvexContacts::judge(std::span<double> x) {
 }
 
 /// The soft answer around 0, which is the anchor from then on. @param is_proven that the contacts contradict
-/// each other, lately. @return whether they do so still, or no work is left for others: then it is the best.
-bool ConvexContacts::soften(double tolerance, bool is_proven, WorkBudget& budget) {
+/// each other, lately. @param most_steps 0: others may follow. @return whether they do so still, or no work
+/// is left for others, or none may follow: then it is the best.
+bool ConvexContacts::soften(double tolerance, bool is_proven, WorkBudget& budget, int most_steps) {
   set_softness(kSoftAnswer);
   std::fill(anchor_.begin(), anchor_.end(), 0.0);
-  const Outcome outcome = minimise(tolerance, budget, kMostSteps);
+  const Outcome outcome = minimise(tolerance, budget, most_steps > 0 ? most_steps : kMostSteps);
   if (outcome == Outcome::stuck) return false;
   anchor_ = outcome == Outcome::solved ? gamma_ : impulses_;
   // Where the work ends here it is the best there is: other answers may press without end.
-  const bool is_last = outcome == Outcome::spent && budget.is_spent();
+  const bool is_last = most_steps > 0 || (outcome == Outcome::spent && budget.is_spent());
   // Impulses of an unsolved problem are in no cone, and prove nothing.
   const bool is_solved = outcome == Outcome::solved;
   report_.is_certain = is_solved && proves_contradiction(anchor_, kNoWayOut);
@@ -291,7 +292,7 @@ void ConvexContacts::start() {
 }
 
 ConvexReport ConvexContacts::solve(const SparseContacts& problem, std::span<double> x, double tolerance,
-                                   WorkBudget& budget, Softness first) {
+                                   WorkBudget& budget, Softness first, int most_soft_steps) {
   load(problem, x);
   start();
   // The less the start leaves, the less soft the first round is.
@@ -305,7 +306,7 @@ ConvexReport ConvexContacts::solve(const SparseContacts& problem, std::span<doub
   // The soft answer comes first where a contradiction is likely.
   if (first != Softness::last && !is_over && presses_on_commands()) {
     find_slips();
-    is_over = soften(tolerance, first == Softness::first, budget);
+    is_over = soften(tolerance, first == Softness::first, budget, most_soft_steps) || most_soft_steps > 0;
   }
   if (!is_over) {
     // Without contradiction the given start serves better than the soft answer; with it, that goes on to
@@ -332,7 +333,7 @@ ConvexReport ConvexContacts::solve(const SparseContacts& problem, std::span<doub
     // A proven contradiction ends the rounds; otherwise the softness decreases.
     const bool is_stuck = !is_first && !(residual <= kStuck * last);
     if (proves_contradiction(anchor_, kNoWayOut)) {
-      report_.is_certain = soften(tolerance, true, budget);
+      report_.is_certain = soften(tolerance, true, budget, 0);
       break;
     }
     if (is_stuck && softness_ <= hardest_) break;

@@ -91,9 +91,10 @@ class ConvexContacts {
   };
   void reserve(std::size_t units, std::size_t rows, std::size_t widest);
   /// @param x in: to start from; out: the best found. @param tolerance of the residual [m/s].
-  /// @param soft when the soft answer is tried.
+  /// @param soft when the soft answer is tried. @param most_soft_steps Newton steps of one that comes first,
+  /// which is then the answer, whatever it proves; 0: other answers follow one that proves nothing.
   ConvexReport solve(const SparseContacts& problem, std::span<double> x, double tolerance, WorkBudget& budget,
-                     Softness soft = Softness::last);
+                     Softness soft = Softness::last, int most_soft_steps = 0);
   /// The soft answer around 0 alone, as far as the budget and the number of Newton steps go: it yields to
   /// contradictions by no more than kSoftAnswer of each contact's W.
   /// @param x in: where to start from; out. @param tolerance of the velocities [m/s].
@@ -145,7 +146,7 @@ class ConvexContacts {
   bool take_energy(std::span<double> x, double most_given);
   double judge(std::span<double> x);
   void start();
-  bool soften(double tolerance, bool is_proven, WorkBudget& budget);
+  bool soften(double tolerance, bool is_proven, WorkBudget& budget, int most_steps);
 
   SparseContacts problem_;
   std::vector<BodyContact> body_contacts_;  // by contact

@@ -372,7 +372,10 @@ SolveReport IslandSolver::solve_convex(const Island& island, bool is_refined, bo
   const Softness soft = !is_doubtful                    ? Softness::last
                         : is_contradicted(island, step) ? Softness::first
                                                         : Softness::maybe;
-  const ConvexReport convex = convex_.solve(problem_.sparse(rows), problem_.x, aim, step.budget, soft);
+  // Of bodies that commanded ones are in already it is the answer: others press them out.
+  const int soft_alone = is_doubtful && step.is_parted ? most_soft_steps(island) : 0;
+  const ConvexReport convex =
+      convex_.solve(problem_.sparse(rows), problem_.x, aim, step.budget, soft, soft_alone);
   problem_.store_impulses(rows);
   // The island's velocities decide whether it is solved.
   SolveReport solved;
