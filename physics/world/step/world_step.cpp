@@ -33,9 +33,10 @@ constexpr std::size_t kLeastShares = 18, kMostSharesABody = 8, kJointShares = 6;
 // step, each from the last one's impulses.
 constexpr std::size_t kFullShares = 64, kFurther = 2;
 // As much again for each further kShortStep [s] of the step, as long as kMostShortSteps at most, goes to
-// groups of up to kFullShares contacts, to those with joints and to those of masses beyond kUnlike to 1, the
-// first ones first: a solve of theirs that is left unfinished costs more in later steps. Large piles of alike
-// bodies move on whatever it leaves.
+// groups that need it, the first ones first: a solve that is left unfinished costs more in later steps.
+// Groups of bodies alone of masses up to kUnlike to 1 take as much of it as they have, for the longest steps
+// are theirs; none where they are parted, or with more than kFullShares contacts: they move on whatever it
+// leaves.
 constexpr double kShortStep = 1e-3, kMostShortSteps = 16.0, kUnlike = 4.0;
 // Masses that differ by less than 1 / kAlike are alike; beyond, each kWorkBits of their ratio take as much
 // work again.
@@ -186,9 +187,9 @@ bool is_large(const GroupState& group, const DynamicsWorld::Settings& settings) 
   return 3 * group.points.size() > settings.solver.most_path_rows;
 }
 
-/// How the group's points and velocities are taken in this step, and its work. @param spare of the step's,
-/// beyond its own
-void choose_methods(const Group& members, double spare, StepContext& step, WorldParts& world) {
+/// How the group's points and velocities are taken in this step, and its work. @param spare in: of the
+/// step's, beyond its own, that it may have; out: that it has
+void choose_methods(const Group& members, double& spare, StepContext& step, WorldParts& world) {
   GroupState& group = world.group;
   const DynamicsWorld::Settings& settings = step.settings;
   // Where bodies overlap, the times of stops and arrivals within the step mean nothing.
@@ -202,16 +203,22 @@ void choose_methods(const Group& members, double spare, StepContext& step, World
                                           (are_bodies && world.solver.is_contradicted(members.bodies)));
   const bool is_few = members.contacts.size() <= kFullShares;
   const double share = step.is_parted && is_few ? kPartedWork : 1.0;
+  if (step.is_parted) spare = 0.0;
   step.budget.grant(share * work_of(members, world.movers, step) + spare);
+}
+
+/// Of bodies of alike masses: as much again, of many contacts none.
+double most_spare_of(const Group& members, const Movers& movers, const StepContext& step) {
+  return members.contacts.size() > kFullShares ? 0.0 : work_of(members, movers, step);
 }
 
 bool step_group(const Group& members, std::span<const Contact> contacts, StepContext& step,
                 WorldParts& world) {
   GroupState& group = world.group;
   // The group gets its points, its joints and its budget of work.
-  const bool is_alike = members.contacts.size() > kFullShares && members.mechanisms.empty() &&
-                        members.joints.empty() && mass_ratio(members, world.movers) <= kUnlike;
-  const double spare = is_alike ? 0.0 : step.spare;
+  const bool is_alike =
+      members.mechanisms.empty() && members.joints.empty() && mass_ratio(members, world.movers) <= kUnlike;
+  double spare = is_alike ? std::min(step.spare, most_spare_of(members, world.movers, step)) : step.spare;
   step.unconverged_before = step.report.unconverged;
   attach(members, contacts, world.warm, step, world.movers, group);
   mark_jointed(members, world.movers);
@@ -228,7 +235,7 @@ bool step_group(const Group& members, std::span<const Contact> contacts, StepCon
     if (step.report.failure != StepFailure::none) return false;
     clock.left = t >= clock.left ? 0.0 : clock.left - t;
   }
-  if (!is_alike) step.spare = std::clamp(step.budget.left(), 0.0, spare);
+  if (step.budget.left() < spare) step.spare -= spare - std::max(step.budget.left(), 0.0);
   // Overlaps are parted, and the results are checked and kept.
   step.report.substeps = std::max(step.report.substeps, clock.pieces);
   part(group, step, world.movers, world.rows, world.solver);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -11,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/matrix3.hpp"
 #include "touchstone/physics/solver/block_cholesky.hpp"
 #include "touchstone/physics/world/step/trial_steps.hpp"
 #include "touchstone/tests/physics/cubes.hpp"
@@ -298,6 +300,56 @@ TEST(BoundedSteps, TrueContradictionsAreFoundAndHeld) {
         EXPECT_LT(norm(scene.world.velocity(body)), 2.5 * speed + 9.81 * h * (i + 1)) << run << " at " << i;
     }
     EXPECT_GT(contradictory, is_coarse ? 30U : 100U) << run;
+  }
+}
+
+TEST(BoundedSteps, JawsThatAreInACubeGetOneSoftAnswer) {
+  // Its Newton steps, those of the passive answer in its place and those of parting: 16, 12 and 8. Tries of
+  // others after it took up to 98.
+  Draw draw(1610);
+  for (int run = 0; run < 24; ++run) {
+    Cubes scene;
+    const double h = run % 2 == 0 ? 1e-3 : 1.0 / 240.0, speed = draw(0.02, 0.3), aside = 0.08;
+    for (const double side : {-1.0, 1.0})
+      scene.add_driven({side * (kCubeSide + 1e-4), draw(-aside, aside), 3 + draw(-aside, aside)},
+                       {-side * speed, 0, 0});
+    const Mover cube = Mover::of_body(scene.add_cube({0, 0, 3}));
+    scene.contacts->build();
+    std::uint32_t most = 0;
+    for (int i = 0; i < static_cast<int>(2.0 * kCubeSide / speed / h); ++i) {
+      const std::span<const Contact> contacts = scene.contacts->find(scene.world, h);
+      const bool is_in = std::any_of(contacts.begin(), contacts.end(), [&](const Contact& contact) {
+        return (contact.a == cube || contact.b == cube) &&
+               dot(contact.n_AB_W, contact.p_A_W - contact.p_B_W) > 1.001e-4;  // deeper than is left
+      });
+      const StepReport report = scene.world.step(h, contacts);
+      ASSERT_EQ(report.failure, StepFailure::none);
+      if (is_in) most = std::max(most, report.newton_steps);
+    }
+    EXPECT_LE(most, 36U) << run;
+  }
+}
+
+TEST(BoundedSteps, CubesThatArePartedTakeNoMoreWorkInLongSteps) {
+  // Two or three in each other, at 240 Hz, deep and less deep until they are apart: up to 134 Newton steps
+  // where groups of alike masses had as much more as the step is longer.
+  Draw draw(1612);
+  for (int run = 0; run < 12; ++run) {
+    Cubes scene;
+    scene.add_ground();
+    for (int i = 0; i < 2 + run % 2; ++i) {
+      const auto cube = scene.add_cube({0, 0, 1});
+      Pose X_WB;
+      X_WB.p = {draw(-0.1, 0.1), draw(-0.1, 0.1), 0.1 + draw(0.0, 0.02)};
+      X_WB.R = rotation_about(Vector3::Unit(2), draw(-0.3, 0.3));
+      scene.world.set_state(cube, scene.cube.state(X_WB, Vector3::Zero(), Vector3::Zero()));
+    }
+    scene.contacts->build();
+    for (int i = 0; i < 720; ++i) {
+      const StepReport report = scene.step(1.0 / 240.0);
+      ASSERT_EQ(report.failure, StepFailure::none);
+      EXPECT_LE(report.newton_steps, 100U) << run << " at " << i;
+    }
   }
 }
 
