@@ -302,6 +302,82 @@ void add_drawn(std::vector<BoxScene>& all, unsigned seed) {
   for (unsigned i = 1; i <= kDrawnScenes; ++i) all.push_back(drawn_bin(seed, i));
 }
 
+BoxScene strange_scene(const char* what, unsigned number, double seconds, Draw& draw) {
+  BoxScene scene = drawn_scene(what, number, seconds, draw);
+  scene.name = "strange: " + std::string(what) + " " + std::to_string(number);
+  return scene;
+}
+
+/// Jaws of which one turns while it squeezes.
+BoxScene turning_jaws(unsigned seed, unsigned number) {
+  Draw draw(seed + number);
+  BoxScene scene = strange_scene("jaw that turns", number, 2.0, draw);
+  const double side = draw(0.1, 0.4), speed = draw(0.02, 0.1), aside = 0.2 * side, z = 2.0;
+  for (const double sign : {-1.0, 1.0}) {
+    scene.boxes.push_back(driven({side, side, side},
+                                 {sign * (side + 1e-3), draw(-aside, aside), z + draw(-aside, aside)},
+                                 {-sign * speed, 0, 0}));
+    if (sign > 0.0) scene.boxes.back().w_W = {draw(-0.3, 0.3), draw(-0.3, 0.3), draw(-0.3, 0.3)};
+  }
+  scene.boxes.push_back(cube({0, 0, z}, side));
+  scene.boxes.back().mass = draw(0.5, 20.0);
+  return scene;
+}
+
+/// A gripper of four fingers that closes on a cube and lifts it.
+BoxScene four_fingers(unsigned seed, unsigned number) {
+  Draw draw(seed + 100 + number);
+  BoxScene scene = strange_scene("four fingers", number, 2.0, draw);
+  const double side = draw(0.1, 0.4), closing = draw(1e-3, 5e-3), lift = draw(0.0, 0.2);
+  for (int i = 0; i < 4; ++i) {
+    const double sign = i % 2 == 0 ? -1.0 : 1.0, at = sign * (0.75 * side + 1e-4);
+    const double aside = draw(-0.2, 0.2) * side;
+    const Vector3 p = i < 2 ? Vector3(at, aside, 0.6 * side) : Vector3(aside, at, 0.6 * side);
+    const Vector3 v = i < 2 ? Vector3(-sign * closing, 0, lift) : Vector3(0, -sign * closing, lift);
+    scene.boxes.push_back(driven({0.5 * side, 0.5 * side, side}, p, v));
+  }
+  scene.boxes.push_back(cube({0, 0, 0.5 * side}, side));
+  scene.boxes.back().mass = draw(0.5, 20.0);
+  return scene;
+}
+
+/// A wedge, which is a slab that leans, driven under a stack that a wall holds.
+BoxScene wedge(unsigned seed, unsigned number) {
+  Draw draw(seed + 200 + number);
+  BoxScene scene = strange_scene("wedge", number, 2.0, draw);
+  const double side = draw(0.1, 0.4), slope = draw(0.02, 0.3), speed = draw(0.02, 0.2), length = 6.0 * side;
+  const int count = draw.whole(1, 4);
+  scene.boxes.push_back(slab({0.2, 4, 8.0 * side}, {0.5 * side + 0.1, 0, 4.0 * side}));
+  // The upper edge of its front end lies on the ground, before the stack.
+  const double s = slope - slope * slope * slope / 6.0, c = 1.0 - 0.5 * slope * slope;
+  const Vector3 edge = {0.5 * length * c + 0.05 * side * s, 0, 0.05 * side * c - 0.5 * length * s};
+  scene.boxes.push_back(driven({length, 2.0 * side, 0.1 * side},
+                               {-0.52 * side - edge.x(), 0, 1e-3 * side - edge.z()}, {speed, 0, 0}));
+  scene.boxes.back().turn_W = {0, slope, 0};
+  for (int i = 0; i < count; ++i) scene.boxes.push_back(cube({0, 0, side * (0.5 + i)}, side));
+  return scene;
+}
+
+/// A cube of a gram between two of a kilogram that kilonewtons press together, on the ground.
+BoxScene strong_jaws(unsigned seed, unsigned number) {
+  Draw draw(seed + 300 + number);
+  BoxScene scene = strange_scene("gram in strong jaws", number, 1.0, draw);
+  const double side = draw(0.05, 0.2), force = draw(500.0, 2000.0);
+  for (const double sign : {-1.0, 1.0}) {
+    scene.boxes.push_back(cube({sign * (side + 1e-4), 0, 0.5 * side}, side));
+    scene.boxes.back().force_W = {-sign * force, 0, 0};
+  }
+  scene.boxes.push_back(cube({0, 0, 0.5 * side}, side));
+  scene.boxes.back().mass = 1e-3;
+  return scene;
+}
+
+void add_strange(std::vector<BoxScene>& all, unsigned seed) {
+  constexpr unsigned kStrangeScenes = 4;
+  for (const auto make : {turning_jaws, four_fingers, wedge, strong_jaws})
+    for (unsigned i = 1; i <= kStrangeScenes; ++i) all.push_back(make(seed + 1000, i));
+}
+
 void add_others(std::vector<BoxScene>& all) {
   all.push_back(other_squeeze(false));
   all.push_back(other_squeeze(true));
@@ -341,6 +417,7 @@ std::vector<BoxScene> box_scenes(unsigned drawn_seed) {
   all.push_back(in_one_spot());
   add_others(all);
   add_drawn(all, drawn_seed);
+  add_strange(all, drawn_seed);
   return all;
 }
 

@@ -16,11 +16,13 @@ namespace touchstone::benchmarks {
 struct SceneBox {
   enum class Kind : std::uint8_t { free, fixed, driven };
   Kind kind = Kind::free;
-  Vector3 size = {0.2, 0.2, 0.2};    ///< [m]
-  Vector3 p_W = Vector3::Zero();     ///< of its centre [m]
-  Vector3 turn_W = Vector3::Zero();  ///< from the world's axes [rad]
-  Vector3 v_W = Vector3::Zero();     ///< at the start; driven: always [m/s]
-  double mass = 1.0;                 ///< [kg]
+  Vector3 size = {0.2, 0.2, 0.2};     ///< [m]
+  Vector3 p_W = Vector3::Zero();      ///< of its centre [m]
+  Vector3 turn_W = Vector3::Zero();   ///< from the world's axes [rad]
+  Vector3 v_W = Vector3::Zero();      ///< at the start; driven: always [m/s]
+  Vector3 w_W = Vector3::Zero();      ///< driven: always [rad/s]
+  Vector3 force_W = Vector3::Zero();  ///< free: always, at its centre [N]
+  double mass = 1.0;                  ///< [kg]
 };
 
 struct BoxScene {

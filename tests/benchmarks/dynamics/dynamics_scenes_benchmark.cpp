@@ -2,8 +2,8 @@
 //
 //     dynamics_scenes_benchmark [PARTS_OF_NAMES [ENGINES [SECONDS [STEPS [REPEATS [WORST [SEED]]]]]]]
 //
-// Each scene whose name has one of the parts (separated by '|'; `=NAME`: is NAME; `drawn:` scenes only where
-// a part is given) with each engine (own,
+// Each scene whose name has one of the parts (separated by '|'; `=NAME`: is NAME; `drawn:` and `strange:`
+// scenes only where a part is given) with each engine (own,
 // bullet, ode, mujoco; default: all that are built in), each with its own check: processor time of a step
 // (median, 99.9 %, most), the most as a multiple of Bullet's median of that scene, the fastest box at the
 // end, the fastest over the second half, the farthest from where it started (boxes that are to stay), the
@@ -237,6 +237,8 @@ bool has_any(std::string_view text, std::string_view parts) {
   return false;
 }
 
+bool is_drawn(std::string_view name) { return name.starts_with("drawn:") || name.starts_with("strange:"); }
+
 void compare(const BoxScene& scene, std::string_view engines, const Limits& limits) {
   struct Engine {
     const char* name;
@@ -273,7 +275,7 @@ int main(int argc, char** argv) {
       "half | drift [m] | gained [J] | |\n|---|---|---|---|---|---|---|---|---|---|---|\n");
   std::fflush(stdout);
   for (const BoxScene& scene : box_scenes(seed))
-    if (has_any(scene.name, parts) && !(parts.empty() && scene.name.starts_with("drawn:")))
+    if (has_any(scene.name, parts) && !(parts.empty() && is_drawn(scene.name)))
       compare(scene, engines, limits);
   return 0;
 }

@@ -30,8 +30,11 @@ class Bullet final : public BoxEngine {
     for (const std::size_t i : driven_) {
       btTransform X = bodies_[i]->getWorldTransform();
       X.setOrigin(X.getOrigin() + step_ * bodies_[i]->getLinearVelocity());
+      const btScalar rate = driven_w_[i].length();
+      if (rate > 0) X.setRotation(btQuaternion(driven_w_[i] / rate, rate * step_) * X.getRotation());
       states_[i]->setWorldTransform(X);
     }
+    for (const std::size_t i : pushed_) bodies_[i]->applyCentralForce(forces_[i]);
     world_.stepSimulation(step_, 1, step_);
     for (const std::size_t i : driven_) bodies_[i]->setLinearVelocity(driven_v_[i]);
   }
@@ -60,6 +63,9 @@ class Bullet final : public BoxEngine {
     body.setFriction(std::sqrt(scene.friction));  // Bullet multiplies the two
     body.setLinearVelocity(vector_of(box.v_W));
     driven_v_.push_back(vector_of(box.v_W));
+    driven_w_.push_back(vector_of(box.w_W));
+    forces_.push_back(vector_of(box.force_W));
+    if (is_free && box.force_W != Vector3::Zero()) pushed_.push_back(bodies_.size() - 1);
     if (box.kind == SceneBox::Kind::driven) {
       body.setCollisionFlags(body.getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
       driven_.push_back(bodies_.size() - 1);
@@ -77,8 +83,8 @@ class Bullet final : public BoxEngine {
   std::vector<std::unique_ptr<btBoxShape>> shapes_;
   std::vector<std::unique_ptr<btDefaultMotionState>> states_;
   std::vector<std::unique_ptr<btRigidBody>> bodies_;
-  std::vector<btVector3> driven_v_;
-  std::vector<std::size_t> driven_;
+  std::vector<btVector3> driven_v_, driven_w_, forces_;
+  std::vector<std::size_t> driven_, pushed_;
 };
 
 }  // namespace

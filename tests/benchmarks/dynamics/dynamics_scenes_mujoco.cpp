@@ -81,9 +81,14 @@ class MuJoCo final : public BoxEngine {
   }
   const char* name() const override { return "MuJoCo"; }
   void step() override {
-    for (std::size_t i = 0; i < mocap_.size(); ++i)
+    for (std::size_t i = 0; i < mocap_.size(); ++i) {
+      const SceneBox& box = scene_->boxes[i];
+      const auto body = static_cast<std::ptrdiff_t>(i) + 1;  // the world is the first
+      for (int k = 0; k < 3 && mocap_[i] < 0; ++k) data_->xfrc_applied[6 * body + k] = box.force_W[k];
       for (int k = 0; k < 3 && mocap_[i] >= 0; ++k)
-        data_->mocap_pos[3 * mocap_[i] + k] += scene_->step * scene_->boxes[i].v_W[k];
+        data_->mocap_pos[3 * mocap_[i] + k] += scene_->step * box.v_W[k];
+      if (mocap_[i] >= 0) turn(box.w_W, data_->mocap_quat + static_cast<std::ptrdiff_t>(4) * mocap_[i]);
+    }
     mj_step(model_, data_);
   }
   BoxMotion motion(std::size_t box) const override {
@@ -96,6 +101,16 @@ class MuJoCo final : public BoxEngine {
   }
 
  private:
+  void turn(const Vector3& w_W, mjtNum* quaternion) const {
+    const double rate = norm(w_W);
+    if (!(rate > 0.0)) return;
+    const mjtNum axis[3] = {w_W.x() / rate, w_W.y() / rate, w_W.z() / rate};
+    const mjtNum before[4] = {quaternion[0], quaternion[1], quaternion[2], quaternion[3]};
+    mjtNum by[4];
+    mju_axisAngle2Quat(by, axis, rate * scene_->step);
+    mju_mulQuat(quaternion, by, before);
+  }
+
   const BoxScene* scene_;
   mjModel* model_;
   mjData* data_;

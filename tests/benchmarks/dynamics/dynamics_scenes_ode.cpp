@@ -33,6 +33,8 @@ class Ode final : public BoxEngine {
   }
   const char* name() const override { return "ODE"; }
   void step() override {
+    for (std::size_t i = 0; i < forces_.size(); ++i)
+      if (bodies_[i] != nullptr) dBodyAddForce(bodies_[i], forces_[i].x(), forces_[i].y(), forces_[i].z());
     dSpaceCollide(space_, this, &Ode::meet);
     dWorldQuickStep(world_, step_);
     dJointGroupEmpty(contacts_);
@@ -56,9 +58,11 @@ class Ode final : public BoxEngine {
       dBodySetMass(body, &mass);
       dGeomSetBody(geom, body);
       dBodySetLinearVel(body, box.v_W.x(), box.v_W.y(), box.v_W.z());
+      dBodySetAngularVel(body, box.w_W.x(), box.w_W.y(), box.w_W.z());
       if (box.kind == SceneBox::Kind::driven) dBodySetKinematic(body);
     }
     bodies_.push_back(body);
+    forces_.push_back(box.force_W);
     dGeomSetPosition(geom, box.p_W.x(), box.p_W.y(), box.p_W.z());
     const double angle = norm(box.turn_W);
     if (!(angle > 0.0)) return;
@@ -85,6 +89,7 @@ class Ode final : public BoxEngine {
   dSpaceID space_;
   dJointGroupID contacts_;
   std::vector<dBodyID> bodies_;
+  std::vector<Vector3> forces_;
 };
 
 }  // namespace

@@ -37,6 +37,8 @@ class Own final : public BoxEngine {
   }
   const char* name() const override { return "own"; }
   void step() override {
+    for (const Push& push : pushes_)
+      world_->push(Mover::of_body(push.body), push.force_W, world_->pose(push.body).p);
     const std::span<const physics::Contact> contacts = contacts_->find(*world_, step_);
     const auto report = world_->step(step_, contacts);
     if (log_.size() < log_.capacity()) log_.push_back({report, static_cast<std::uint32_t>(contacts.size())});
@@ -79,14 +81,19 @@ class Own final : public BoxEngine {
     if (box.kind == SceneBox::Kind::free) {
       const physics::RigidBody body(physics::box_inertia(box.mass, box.size), "box");
       index = world_->add_body(body, body.state(X_WB, box.v_W, zero));
+      if (box.force_W != zero) pushes_.push_back({index, box.force_W});
     } else {
-      index = world_->add_kinematic(X_WB, box.v_W, zero);  // fixed: for its number alone
+      index = world_->add_kinematic(X_WB, box.v_W, box.w_W);  // fixed: for its number alone
     }
     const bool is_fixed = box.kind == SceneBox::Kind::fixed;
     contacts_->add(is_fixed ? Mover::ground() : Mover::of_body(index), *trees_.back(), {friction, 0.0},
                    is_fixed ? X_WB : Pose{});
   }
 
+  struct Push {
+    std::uint32_t body;
+    Vector3 force_W;
+  };
   /// A step as it went, for remarks_on().
   struct Logged {
     physics::StepReport report;
@@ -102,6 +109,7 @@ class Own final : public BoxEngine {
   std::uint64_t solves_ = 0, unconverged_ = 0, contradictory_ = 0, spent_ = 0, failed_ = 0;
   std::uint32_t most_newton_steps_ = 0;
   std::vector<Logged> log_;
+  std::vector<Push> pushes_;
 };
 
 }  // namespace
