@@ -32,7 +32,7 @@ class Cells {
     bool has_surface = false;
     std::uint32_t prism = kNoIndex;  ///< that it is a piece of
     std::uint32_t ring = kNoIndex;   ///< sectors that have a shell of their own, of which it is a piece
-    std::uint32_t strip = 0;      ///< of that prism, or the sector
+    std::uint32_t strip = 0;         ///< of that prism, or the sector
   };
   /// @param shift of the tree's low corner, a share of the largest cell: where the cuts are is chance, and
   /// how few hexahedra hold all cells depends on it
