@@ -19,7 +19,7 @@ constexpr double kEdge = 1e-9;  // of the triangle: nearer to an edge another ra
 
 // From the point of a triangle that is nearest to p to p: the region of the plane that p projects into
 // decides (Ericson, Real-Time Collision Detection, 5.1.5). Triangles without area end in the cases of their
-// edges.
+// edges, those of which two corners are one in that of the edge that is left.
 Vector3 offset_from(const Vector3& p, const Vector3& a, const Vector3& b, const Vector3& c) {
   const Vector3 ab = b - a, ac = c - a, ap = p - a;
   const double d1 = dot(ab, ap), d2 = dot(ac, ap);
@@ -28,12 +28,12 @@ Vector3 offset_from(const Vector3& p, const Vector3& a, const Vector3& b, const 
   const double d3 = dot(ab, bp), d4 = dot(ac, bp);
   if (d3 >= 0.0 && d4 <= d3) return bp;
   const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) return ap - ab * (d1 / (d1 - d3));
+  if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 && d1 > d3) return ap - ab * (d1 / (d1 - d3));
   const Vector3 cp = p - c;
   const double d5 = dot(ab, cp), d6 = dot(ac, cp);
   if (d6 >= 0.0 && d5 <= d6) return cp;
   const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) return ap - ac * (d2 / (d2 - d6));
+  if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 && d2 > d6) return ap - ac * (d2 / (d2 - d6));
   const double va = d3 * d6 - d5 * d4;
   if (va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0)
     return bp - (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)));

@@ -68,6 +68,14 @@ TEST(MeshDistance, KnowsOutsideSurfaceAndInside) {
   EXPECT_EQ(box.to_solid({1, 1, 1}), 0.0);
 }
 
+TEST(MeshDistance, ATriangleWithTwoCornersInOnePlaceIsItsEdge) {
+  const Vector3 a(0, 0, 0), b(1, 0, 0), p(0.5, 2, 0);
+  for (const TriangleMesh& mesh :
+       {TriangleMesh{{a, a, b}, {{0, 1, 2}}}, TriangleMesh{{a, b, a}, {{0, 1, 2}}},
+        TriangleMesh{{b, a, a}, {{0, 1, 2}}}, TriangleMesh{{a, b, b}, {{0, 1, 2}}}})
+    EXPECT_EQ(MeshDistance(mesh).to_triangle(p, 0), 2.0);
+}
+
 TEST(MeshDistance, ShellsMayOverlapBeCavitiesOrStandInsideOut) {
   TriangleMesh overlapping = box_mesh({0, 0, 0}, {2, 2, 2});
   append(overlapping, box_mesh({1, 1, 1}, {3, 3, 3}));
