@@ -21,7 +21,8 @@
 namespace {
 
 using namespace touchstone;
-using namespace touchstone::comparison;
+using namespace touchstone::measures;
+using namespace touchstone::program;
 
 constexpr std::uint64_t kSeed = 1;        // the pairs that compare_backends --quick has
 constexpr std::size_t kPairs = 500;       // too

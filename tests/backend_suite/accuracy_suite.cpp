@@ -13,7 +13,7 @@
 namespace touchstone::suite {
 namespace {
 
-using namespace touchstone::comparison;
+using namespace touchstone::measures;
 
 struct Family {
   PairSet set;

@@ -589,7 +589,7 @@ SixPlanes Prism::slab(std::span<const Vector3> points, std::size_t first, std::s
   std::vector<Point> places;
   for (const Vector3& p : points) places.push_back(in_section(p));
   const auto normal = [&](const Point& across) {
-    double at = -infinity;
+    double at = -kInfinity;
     for (const Point& q : places) at = std::max(at, across[0] * q[0] + across[1] * q[1]);
     return plane_through(across, at).normal;
   };
