@@ -8,10 +8,10 @@ namespace {
 
 constexpr std::size_t kNever = static_cast<std::size_t>(-1);
 
-std::atomic<std::size_t> count{0}, failing{kNever};
+std::atomic<std::size_t> count{0}, failing{kNever}, last_failing{kNever};
 
 void* counted(std::size_t size, std::size_t alignment) noexcept {
-  if (count++ == failing) return nullptr;
+  if (const std::size_t n = count++; n >= failing && n <= last_failing) return nullptr;
   const std::size_t rounded = (size + alignment - 1) / alignment * alignment;
   return std::aligned_alloc(alignment, rounded > 0 ? rounded : alignment);
 }
@@ -29,7 +29,10 @@ namespace touchstone {
 
 std::size_t allocation_count() { return count; }
 
-FailingAllocation::FailingAllocation(std::size_t after) { failing = count + after; }
+FailingAllocation::FailingAllocation(std::size_t after, Fails fails) {
+  last_failing = fails == Fails::all ? kNever : count + after;
+  failing = count + after;
+}
 FailingAllocation::~FailingAllocation() { failing = kNever; }
 
 }  // namespace touchstone
