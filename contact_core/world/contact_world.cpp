@@ -52,9 +52,9 @@ std::string_view ContactWorld::name_of(ObjectHandle object) const {
   return state_->objects[state_->objects.slot_of(object)].name();
 }
 
-// Pairs are asked for their rules in every frame, so policies are taken up by themselves. Which pairs are
-// looked at depends on warn distances: where one may have grown they are found anew (of the default rule by
-// take_up_set_up()).
+// Every frame asks for the rules of its pairs, so a new policy needs nothing more. Warn distances decide
+// which pairs are looked at: where one may have grown, the setter has these pairs found anew. After
+// set_default_rule() take_up_set_up() does that.
 
 void ContactWorld::set_default_rule(const PairRule& rule) { state_->rules.set_default(rule); }
 
