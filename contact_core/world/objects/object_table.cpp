@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <functional>
 #include <iterator>
+#include <new>
 #include <utility>
 
 #include "touchstone/contact_core/geometry/no_index.hpp"
@@ -25,6 +27,12 @@ std::uint32_t solid_index(const HexahedronTree& tree, std::string_view name) {
 // Lists of changes that a slot is in.
 constexpr std::uint8_t kReplaced = 1, kRebodied = 2, kMoved = 4;
 
+/// For `count` in all, and for as many again where a list grows.
+template <class T>
+void make_room(std::vector<T>& list, std::size_t count) {
+  if (count > list.capacity()) list.reserve(2 * count);
+}
+
 /// Objects that are alike in this may take each other's slots.
 std::pair<std::size_t, bool> places_of(const ObjectRecord& object) {
   return {object.description.tree->solids().size(), object.levels != nullptr};
@@ -45,29 +53,35 @@ std::shared_ptr<const ObjectLevels> levels_of(const ObjectDescription& object) {
 /// One whose places for solids fit this object; else the next one.
 std::uint32_t ObjectTable::slot_for(const ObjectRecord& object) const {
   const auto fitting = free_slots_.find(places_of(object));
-  return fitting == free_slots_.end() ? size() : *fitting->second.begin();
+  return fitting == free_slots_.end() || fitting->second.slots.empty() ? size()
+                                                                       : fitting->second.slots.front();
 }
 
-/// In all lists, for an object that is to be put there: put() then needs no more memory.
+/// In all lists, for an object that is to be put there: put() then needs no more memory, nor does what
+/// becomes of the object later.
 void ObjectTable::make_room_for(const ObjectRecord& object, std::uint32_t slot) {
   for (std::uint64_t left = object.groups; left != 0; left &= left - 1)
     make_room_in_group(static_cast<std::uint32_t>(std::countr_zero(left)));
-  std::vector<std::uint32_t>& replaced = changes_.replaced;
-  if (replaced.size() == replaced.capacity()) replaced.reserve(2 * replaced.size() + 16);
   if (slot < size()) return;
   const std::size_t slots = std::size_t{slot} + 1;
+  // Each list of changes names a slot once at most, and so does the one of free slots that are alike.
+  for (std::vector<std::uint32_t>* changed : {&changes_.replaced, &changes_.moved, &changes_.rebodied})
+    make_room(*changed, slots);
+  FreeSlots& alike = free_slots_[places_of(object)];
+  make_room(alike.slots, alike.count + 1);
   resize_more(X_BO_, slots), resize_more(X_CO_, slots), resize_more(is_noted_, slots);
   records_.make_room();
 }
 
 /// @pre make_room_for().
 ObjectHandle ObjectTable::put(ObjectRecord&& object, std::uint32_t slot) noexcept {
+  FreeSlots& alike = free_slots_.find(places_of(object))->second;
   if (slot == size()) {
     records_.emplace_back();
+    ++alike.count;
   } else {
-    const auto fitting = free_slots_.find(places_of(object));
-    fitting->second.erase(slot);
-    if (fitting->second.empty()) free_slots_.erase(fitting);
+    std::pop_heap(alike.slots.begin(), alike.slots.end(), std::greater<>());
+    alike.slots.pop_back();
   }
   ObjectRecord& record = records_[slot];
   const std::uint32_t generation = record.generation + 1;
@@ -106,16 +120,23 @@ ObjectHandle ObjectTable::add(ObjectDescription description) {
   }
 }
 
-void ObjectTable::note(std::vector<std::uint32_t>& slots, std::uint32_t slot, std::uint8_t flag) {
+/// In room that make_room_for() made.
+void ObjectTable::note(std::vector<std::uint32_t>& slots, std::uint32_t slot, std::uint8_t flag) noexcept {
   if ((is_noted_[slot] & flag) != 0) return;
-  is_noted_[slot] |= flag;
   slots.push_back(slot);
+  is_noted_[slot] |= flag;
 }
 
-void ObjectTable::note(const SolidExemption& exemption, bool is_on) {
-  if (changes_.exemptions.size() >= TableChanges::kMostExemptions)
-    changes_.all = true, changes_.exemptions.clear();
-  if (!changes_.all) changes_.exemptions.push_back({exemption, is_on});
+/// Where memory ends, all is to be taken up anew instead.
+void ObjectTable::note(const SolidExemption& exemption, bool is_on) noexcept {
+  if (changes_.all) return;
+  try {
+    changes_.all = changes_.exemptions.size() >= TableChanges::kMostExemptions;
+    if (!changes_.all) changes_.exemptions.push_back({exemption, is_on});
+  } catch (const std::bad_alloc&) {
+    changes_.all = true;
+  }
+  if (changes_.all) changes_.exemptions.clear();
 }
 
 void ObjectTable::forget_changes() {
@@ -150,16 +171,18 @@ void ObjectTable::remove(ObjectHandle object) {
   const ObjectRecord& record = records_[slot_of(object)];
   if (record.is_link())
     throw InputError("object '" + record.name() + "' is a link: its mechanism is removed as a whole");
+  check_removable(object);
   remove_link(object);
 }
 
-void ObjectTable::remove_link(ObjectHandle object) {
-  check_removable(object);
+void ObjectTable::remove_link(ObjectHandle object) noexcept {
   ObjectRecord& record = records_[object.slot];
   while (!record.exemptions.empty()) drop_exemption(SolidExemption(record.exemptions.back()));
   record.alive = false;
   slot_of_name_.erase(record.name());
-  free_slots_[places_of(record)].insert(object.slot);
+  std::vector<std::uint32_t>& free = free_slots_.find(places_of(record))->second.slots;
+  free.push_back(object.slot);
+  std::push_heap(free.begin(), free.end(), std::greater<>());
   note(changes_.replaced, object.slot, kReplaced);
 }
 
@@ -173,16 +196,20 @@ void ObjectTable::make_link(ObjectHandle object, std::uint32_t mechanism, std::u
 }
 
 bool ObjectTable::add_exemption(const SolidExemption& exemption) {
+  const auto make_place = [](std::vector<SolidExemption>& list) { make_room(list, list.size() + 1); };
+  for (const ObjectHandle& object : {exemption.a, exemption.b}) make_place(records_[object.slot].exemptions);
+  const bool ends_with_latch = exemption.carried != ObjectHandle{};
+  if (ends_with_latch) make_place(records_[exemption.carried.slot].allowed);
   if (!exemptions_.insert(exemption).second) return false;
   for (const ObjectHandle& object : {exemption.a, exemption.b})
     records_[object.slot].exemptions.push_back(exemption);
-  if (exemption.carried != ObjectHandle{}) records_[exemption.carried.slot].allowed.push_back(exemption);
+  if (ends_with_latch) records_[exemption.carried.slot].allowed.push_back(exemption);
   note(exemption, true);
   return true;
 }
 
-void ObjectTable::drop_exemption(const SolidExemption& exemption) {
-  exemptions_.erase(exemption);
+void ObjectTable::drop_exemption(const SolidExemption& exemption) noexcept {
+  if (exemptions_.erase(exemption) == 0) return;
   for (const ObjectHandle& object : {exemption.a, exemption.b})
     std::erase(records_[object.slot].exemptions, exemption);
   if (exemption.carried != ObjectHandle{}) std::erase(records_[exemption.carried.slot].allowed, exemption);
@@ -229,14 +256,19 @@ void ObjectTable::latch(ObjectHandle carrier, ObjectHandle carried, std::span<co
   check_latch(to, slot);
   std::vector<SolidExemption> found;
   for (const Exemption& pair : allowed) found.push_back(find(pair, carried));
-  for (const SolidExemption& exemption : found) add_exemption(exemption);
+  try {
+    for (const SolidExemption& exemption : found) add_exemption(exemption);
+  } catch (...) {
+    for (const SolidExemption& exemption : found) drop_exemption(exemption);
+    throw;
+  }
   records_[slot].carrier = to;
   records_[slot].next_carried = std::exchange(records_[to].first_carried, slot);
   X_CO_[slot] = compose(inverse(records_[to].X_WO), records_[slot].X_WO);
   find_bodies(slot);
 }
 
-void ObjectTable::unlink(std::uint32_t carried) {
+void ObjectTable::unlink(std::uint32_t carried) noexcept {
   ObjectRecord& record = records_[carried];
   std::uint32_t* place = &records_[record.carrier].first_carried;
   while (*place != carried) place = &records_[*place].next_carried;
@@ -253,11 +285,8 @@ void ObjectTable::unlatch(ObjectHandle carried) {
 }
 
 /// Of an object and all that it carries, whose carrier's is known.
-void ObjectTable::find_bodies(std::uint32_t slot) {
-  std::vector<std::uint32_t> left{slot};
-  while (!left.empty()) {
-    const std::uint32_t next = left.back();
-    left.pop_back();
+void ObjectTable::find_bodies(std::uint32_t slot) noexcept {
+  for (std::uint32_t next = slot; next != kNoIndex; next = after_in_chain(next, slot)) {
     std::uint32_t body = next;
     Pose X_BO;
     while (records_[body].carrier != kNoIndex) {
@@ -268,19 +297,25 @@ void ObjectTable::find_bodies(std::uint32_t slot) {
     records_[next].root = records_[body].is_link() ? records_[body].lead : body;
     X_BO_[next] = X_BO;
     note(changes_.rebodied, next, kRebodied);
-    for (std::uint32_t child = records_[next].first_carried; child != kNoIndex;
-         child = records_[child].next_carried)
-      left.push_back(child);
   }
 }
 
-void ObjectTable::reset() {
+/// What comes after a slot among all that `first` carries, each after its carrier. @returns kNoIndex: none.
+std::uint32_t ObjectTable::after_in_chain(std::uint32_t slot, std::uint32_t first) const noexcept {
+  if (records_[slot].first_carried != kNoIndex) return records_[slot].first_carried;
+  while (slot != first && records_[slot].next_carried == kNoIndex) slot = records_[slot].carrier;
+  return slot == first ? kNoIndex : records_[slot].next_carried;
+}
+
+void ObjectTable::reset() noexcept {
   for (std::uint32_t slot = 0; slot < size(); ++slot) {
     ObjectRecord& record = records_[slot];
     if (!record.alive) continue;
     if (!is_same(record.X_WO, record.description.X_WO)) note(changes_.moved, slot, kMoved);
     record.X_WO = record.commanded = record.description.X_WO;
-    if (record.carrier != kNoIndex) unlatch(handle(slot));
+    if (record.carrier == kNoIndex) continue;
+    unlink(slot);
+    find_bodies(slot);
   }
 }
 
@@ -400,6 +435,7 @@ Layout make_layout(const ObjectTable& objects) {
 constexpr std::size_t kFewPairs = 16;
 
 void Layout::add_exempt(std::span<const SolidPair> pairs) {
+  make_room(exempt, exempt.size() + pairs.size());
   if (pairs.size() <= kFewPairs) {
     for (const SolidPair& pair : pairs)
       exempt.insert(std::upper_bound(exempt.begin(), exempt.end(), pair), pair);

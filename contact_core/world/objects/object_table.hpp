@@ -84,7 +84,7 @@ class ObjectTable {
   void latch(ObjectHandle carrier, ObjectHandle carried, std::span<const Exemption> allowed);
   void unlatch(ObjectHandle carried);
   /// All stand where they stood first, and no latch is left.
-  void reset();
+  void reset() noexcept;
 
   const TableChanges& changes() const { return changes_; }
   /// The changes were taken up.
@@ -103,6 +103,9 @@ class ObjectTable {
   /// The groups of two names; does not allocate where both are known.
   std::pair<std::uint32_t, std::uint32_t> groups_of(std::string_view first, std::string_view second);
   std::optional<std::uint32_t> find_group(std::string_view name) const;
+  std::size_t group_count() const { return group_names_.size(); }
+  /// @pre no object that is alive, and no rule, is of these.
+  void forget_groups_from(std::size_t first) noexcept;
 
   std::uint32_t size() const { return static_cast<std::uint32_t>(records_.size()); }
   ObjectRecord& operator[](std::uint32_t slot) { return records_[slot]; }
@@ -112,8 +115,8 @@ class ObjectTable {
   const GrowingList<Pose>& poses_in_body() const { return X_BO_; }
   /// Makes an object a link; `lead` stands for all links of its mechanism.
   void make_link(ObjectHandle object, std::uint32_t mechanism, std::uint32_t link, std::uint32_t lead);
-  /// Removes a link, as remove() does an object.
-  void remove_link(ObjectHandle object);
+  /// Removes a link, as remove() does an object. @pre check_removable().
+  void remove_link(ObjectHandle object) noexcept;
   /// @throws InputError if it carries another, is carried, or is gone.
   void check_removable(ObjectHandle object) const;
 
@@ -121,25 +124,29 @@ class ObjectTable {
   std::span<const ObjectHandle> members_of_group(std::uint32_t group) const { return group_members_[group]; }
 
  private:
-  void find_bodies(std::uint32_t slot);
-  void note(std::vector<std::uint32_t>& slots, std::uint32_t slot, std::uint8_t flag);
-  void note(const SolidExemption& exemption, bool is_on);
+  void find_bodies(std::uint32_t slot) noexcept;
+  std::uint32_t after_in_chain(std::uint32_t slot, std::uint32_t first) const noexcept;
+  void note(std::vector<std::uint32_t>& slots, std::uint32_t slot, std::uint8_t flag) noexcept;
+  void note(const SolidExemption& exemption, bool is_on) noexcept;
   bool add_exemption(const SolidExemption& exemption);
-  void drop_exemption(const SolidExemption& exemption);
+  void drop_exemption(const SolidExemption& exemption) noexcept;
   void make_room_in_group(std::uint32_t group);
-  void forget_groups_from(std::size_t first) noexcept;
   std::uint32_t slot_for(const ObjectRecord& object) const;
   void make_room_for(const ObjectRecord& object, std::uint32_t slot);
   ObjectHandle put(ObjectRecord&& object, std::uint32_t slot) noexcept;
   std::uint32_t group(std::string_view name);
   void check_latch(std::uint32_t carrier, std::uint32_t carried) const;
-  void unlink(std::uint32_t carried);
+  void unlink(std::uint32_t carried) noexcept;
   SolidExemption find(const Exemption& pair, ObjectHandle carried) const;
 
   RecordList<ObjectRecord> records_;
   std::map<std::string_view, std::uint32_t> slot_of_name_;  // names are the records' own; never hashed anew
+  struct FreeSlots {
+    std::vector<std::uint32_t> slots;  // a heap, the least one first; it has room for all that are alike
+    std::size_t count = 0;             // of these, free or not
+  };
   /// By the number of their solids, and whether they have levels.
-  std::map<std::pair<std::size_t, bool>, std::set<std::uint32_t>> free_slots_;
+  std::map<std::pair<std::size_t, bool>, FreeSlots> free_slots_;
   GrowingList<Pose> X_BO_;
   GrowingList<Pose> X_CO_;  // in the carrier, as latched
   std::vector<std::string> group_names_;
