@@ -31,6 +31,7 @@ MechanismHandle ContactWorld::add_mechanism(MechanismPlacement placement) {
     if (link.tree) state_->check_takes(*link.tree);
   // The mechanism is registered, then each link that has solids becomes an object.
   MechanismMover& added = *mover;
+  const std::size_t known_groups = state_->objects.group_count();
   std::vector<ObjectHandle> objects;
   objects.reserve(mechanism.links().size());
   const MechanismHandle handle = state_->mechanisms.add(std::move(mover));
@@ -44,9 +45,10 @@ MechanismHandle ContactWorld::add_mechanism(MechanismPlacement placement) {
       state_->objects.make_link(objects.back(), handle.index, link, added.lead);
     }
   } catch (...) {
-    // If a link is refused, nothing of the mechanism stays.
+    // If a link is refused, or memory ends, nothing of the mechanism stays.
     for (const ObjectHandle object : objects) state_->objects.remove_link(object);
     state_->mechanisms.remove(handle);
+    state_->objects.forget_groups_from(known_groups);
     throw;
   }
   return handle;
@@ -57,9 +59,11 @@ void ContactWorld::remove_mechanism(MechanismHandle handle) {
   const MechanismMover& mover = s.mechanisms.get(handle);
   for (const std::uint32_t slot : mover.slot_of_link)
     if (slot != kNone) s.objects.check_removable(s.objects.handle(slot));
+  // Memory may end here, where nothing is gone yet: then all is built anew.
   const bool needed_layout = s.needs_layout;
-  s.needs_layout = true;  // should memory end
+  s.needs_layout = true;
   if (!needed_layout && mover.is_laid_out) s.layout.remove_exempt(exempt_pairs(s.layout, mover));
+  // What follows takes no memory.
   for (const std::uint32_t slot : mover.slot_of_link) {
     if (slot == kNone) continue;
     s.objects.remove_link(s.objects.handle(slot));
