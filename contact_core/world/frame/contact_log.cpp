@@ -92,6 +92,7 @@ void ContactLog::take_room(std::size_t solids) {
 }
 
 void ContactLog::renumber(const Layout& before, const Layout& next) {
+  reserve_more(left_, left_.size() + contacts_.size());  // nothing is lost where memory ends
   std::erase_if(contacts_, [&](ContactState& contact) {
     const auto a = next.find(before, contact.solids.a), b = next.find(before, contact.solids.b);
     if (a && b) {
@@ -104,6 +105,7 @@ void ContactLog::renumber(const Layout& before, const Layout& next) {
 }
 
 void ContactLog::end_of(const Layout& layout, std::span<const std::uint32_t> slots) {
+  reserve_more(left_, left_.size() + contacts_.size());  // nothing is lost where memory ends
   std::erase_if(contacts_, [&](const ContactState& contact) {
     const auto is_there = [&](SolidIndex solid) {
       return std::binary_search(slots.begin(), slots.end(), layout.slot_of[solid]);

@@ -109,12 +109,14 @@ void ContactWorld::State::take_room(bool anew) {
   reserve_more(pairs, 64 + 16 * solids), reserve_more(events, 256 + 16 * solids);
 }
 
-/// @returns whether it did; else all is to be built anew.
+/// @returns whether it did; else all is to be built anew, as where it throws.
 bool ContactWorld::State::take_up_changes() {
   const TableChanges& changed = objects.changes();
   if (changed.empty()) return true;
   // Where many objects changed, building anew is cheaper.
   if (changed.all || 4 * changed.replaced.size() > layout.slots() + kBuildAnew) return false;
+  // What follows cannot be repeated: where memory ends in it, or a backend throws, all is built anew.
+  needs_layout = true;
   // Contacts of replaced objects end before their solids change.
   std::vector<std::uint32_t> slots = changed.replaced;
   std::sort(slots.begin(), slots.end());
@@ -153,6 +155,7 @@ bool ContactWorld::State::take_up_changes() {
     watched.watch_anew(*this, slot);
   }
   objects.forget_changes();
+  needs_layout = false;
   return true;
 }
 
@@ -160,7 +163,6 @@ bool ContactWorld::State::take_up_changes() {
 bool ContactWorld::State::replace_object(std::uint32_t slot) {
   const bool is_new = slot == layout.slots();
   if (!is_new) watched.forget(*this, slot);
-  needs_layout = true;  // should a backend throw
   layout.put(objects, slot);
   const bool is_alive = layout.is_alive(slot);
   if (is_alive || is_new) {
@@ -169,14 +171,14 @@ bool ContactWorld::State::replace_object(std::uint32_t slot) {
     if (!planner->set_solids(layout.first_solid[slot], solids)) return false;
     if (!broadphase->set_object(slot, layout.proxy_trees[slot], layout.is_static[slot] != 0)) return false;
   }
-  if (!is_alive && !broadphase->set_object(slot, nullptr, false)) return false;
-  needs_layout = false;
-  return true;
+  return is_alive || broadphase->set_object(slot, nullptr, false);
 }
 
 /// @param warn within this of the object a rule may now report [m].
 void ContactWorld::State::raise_reach(std::uint32_t slot, double warn) {
-  if (!needs_layout && !watched.raise_reach(*this, slot, warn)) needs_layout = true;
+  if (needs_layout) return;
+  needs_layout = true;  // should memory end
+  needs_layout = !watched.raise_reach(*this, slot, warn);
 }
 
 /// Of those that bear the rule of two groups.
