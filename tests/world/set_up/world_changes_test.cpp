@@ -336,6 +336,124 @@ TEST(WorldChanges, AddAWholeArmOrNothingWhereMemoryEnds) {
   }
 }
 
+// Where no memory is left at all, as where one allocation fails.
+TEST(WorldChanges, AddAWholeArmOrNothingWhereNoMemoryIsLeft) {
+  const auto mechanism = make_arm("arm", 3);
+  bool is_added = false;
+  for (std::size_t after = 0; !is_added; ++after) {
+    ASSERT_LT(after, 5000u);
+    const auto world = make_world();
+    world->add({box_tree("box", {1, 1, 1}), at(1, 0, 9)});
+    world->frame({});
+    MechanismPlacement placement{mechanism, {}, {}, {"arms"}};
+    try {
+      const FailingAllocation failing(after, FailingAllocation::Fails::all);
+      world->add_mechanism(std::move(placement));
+      is_added = true;
+    } catch (const std::bad_alloc&) {
+      EXPECT_NO_THROW(world->frame({})) << after;
+      EXPECT_NO_THROW(world->add_mechanism({mechanism})) << after;
+    }
+    EXPECT_TRUE(world->is_alive(world->find("arm.1")));
+  }
+}
+
+// A mechanism is gone as a whole or still there, and what comes later in its places is checked.
+TEST(WorldChanges, RemoveAWholeArmOrNothingWhereMemoryEnds) {
+  using Fails = FailingAllocation::Fails;
+  for (const Fails fails : {Fails::one, Fails::all}) {
+    bool is_removed = false;
+    for (std::size_t after = 0; !is_removed; ++after) {
+      ASSERT_LT(after, 100u);
+      const auto world = make_world();
+      world->set_default_rule(rule(ContactPolicy::advance));
+      const ObjectHandle box = world->add({box_tree("box", {1, 1, 1}), at(0, 0, 9)});
+      const MechanismHandle arm = world->add_mechanism({make_arm("arm", 3)});
+      world->exempt({box, world->link(arm, "1")});
+      world->frame({});
+      try {
+        const FailingAllocation failing(after, fails);
+        world->remove_mechanism(arm);
+        is_removed = true;
+      } catch (const std::bad_alloc&) {
+        EXPECT_TRUE(world->is_alive(world->link(arm, "1"))) << after;
+        EXPECT_EQ(move_joints(*world, arm, {0.5, 0.5, 0.5}).blocked_movers, 0u) << after;
+        world->remove_mechanism(arm);
+      }
+      EXPECT_FALSE(world->is_alive(arm));
+      // Boxes in the places of all links.
+      for (int i = 0; i < 4; ++i)
+        world->add({box_tree("wall " + std::to_string(i), {1, 1, 1}), at(2.0 + 1.5 * i, 0, 9)});
+      const MotionCommand command = world->move_by(box, {9, 0, 0}, {0, 0, 0});
+      EXPECT_EQ(world->frame({&command, 1}).blocked_movers, 1u) << after;
+    }
+  }
+}
+
+TEST(WorldChanges, RemoveAWholeObjectOrNothingWhereMemoryEnds) {
+  bool is_removed = false;
+  for (std::size_t after = 0; !is_removed; ++after) {
+    ASSERT_LT(after, 100u);
+    const auto world = make_world();
+    const ObjectHandle first = world->add({box_tree("first", {1, 1, 1}), at(0, 0, 0)});
+    const ObjectHandle second = world->add({box_tree("second", {1, 1, 1}), at(2, 0, 0)});
+    world->exempt({first, second});
+    world->frame({});
+    try {
+      const FailingAllocation failing(after, FailingAllocation::Fails::all);
+      world->remove(second);
+      is_removed = true;
+    } catch (const std::bad_alloc&) {
+      ASSERT_TRUE(world->is_alive(second)) << after;
+      world->remove(second);
+    }
+    world->add({box_tree("third", {1, 1, 1}), at(2, 0, 0)});
+    const MotionCommand command = world->move_by(first, {2, 0, 0}, {0, 0, 0});
+    EXPECT_EQ(world->frame({&command, 1}).blocked_movers, 1u) << after;
+  }
+}
+
+// Taken up again from where memory ended, an exemption counts once.
+TEST(WorldChanges, TakeUpSetUpAnewWhereMemoryEnded) {
+  bool is_taken_up = false;
+  for (std::size_t after = 0; !is_taken_up; ++after) {
+    ASSERT_LT(after, 5000u);
+    const auto world = make_world();
+    std::vector<ObjectHandle> boxes;
+    for (int i = 0; i < 4; ++i)
+      boxes.push_back(world->add({box_tree("box " + std::to_string(i), {1, 1, 1}), at(2.0 * i, 0, 0)}));
+    world->frame({});
+    const ObjectHandle added = world->add({box_tree("added", {1, 1, 1}), at(0, 5, 0)});
+    world->remove(boxes[3]);
+    world->exempt({boxes[0], boxes[1]});
+    world->exempt({boxes[0], added});
+    try {
+      const FailingAllocation failing(after);
+      world->prepare();
+      is_taken_up = true;
+    } catch (const std::bad_alloc&) {
+      world->prepare();
+    }
+    world->unexempt({boxes[0], boxes[1]});
+    world->unexempt({boxes[0], added});
+    for (const Vector3& there : {Vector3(2, 0, 0), Vector3(0, 5, 0)}) {
+      const MotionCommand command = world->move_by(boxes[0], there, {0, 0, 0});
+      EXPECT_EQ(world->frame({&command, 1}).blocked_movers, 1u) << after;
+    }
+  }
+}
+
+// An arm that is refused, here as a link's name is taken, leaves no group.
+TEST(WorldChanges, RefusedArmsLeaveNoGroups) {
+  const auto world = make_world();
+  const auto mechanism = make_arm("arm", 3);
+  const ObjectHandle taken = world->add({box_tree("arm.2", {1, 1, 1}), at(0, 0, 9)});
+  for (int i = 0; i < 70; ++i)
+    EXPECT_THROW(world->add_mechanism({mechanism, {}, {}, {"group " + std::to_string(i)}}), InputError);
+  world->remove(taken);
+  EXPECT_NO_THROW(world->add_mechanism({mechanism, {}, {}, {"arms"}}));
+}
+
 struct Grid {
   std::unique_ptr<ContactWorld> world = make_world();
   std::vector<ObjectHandle> objects;
@@ -412,6 +530,33 @@ TEST(ObjectTable, AddsAWholeObjectOrNothingWhereMemoryEnds) {
       }
       EXPECT_EQ(table.objects.find("box").slot, 1u);
       EXPECT_EQ(table.objects.members_of_group(*table.objects.find_group("new")).size(), 1u);
+    }
+  }
+}
+
+// What a reset changes is noted, and carried objects are free, wherever memory ends.
+TEST(ObjectTable, ResetsAsAWholeWhereMemoryEnds) {
+  bool is_reset = false;
+  for (std::size_t after = 0; !is_reset; ++after) {
+    ASSERT_LT(after, 100u);
+    ObjectTable objects;
+    for (int i = 0; i < 4; ++i) objects.add({box_tree(std::to_string(i), {1, 1, 1}), at(2 * i, 0, 0)});
+    objects.latch(objects.handle(0), objects.handle(1),
+                  std::array{Exemption{objects.handle(1), objects.handle(3)}});
+    objects.latch(objects.handle(1), objects.handle(2), {});
+    objects.forget_changes();
+    for (const std::uint32_t slot : {0, 1, 2}) objects[slot].X_WO = at(0, 2 * slot, 5);
+    try {
+      const FailingAllocation failing(after, FailingAllocation::Fails::all);
+      objects.reset();
+      is_reset = true;
+    } catch (const std::bad_alloc&) {
+      objects.reset();
+    }
+    EXPECT_EQ(objects.changes().moved, (std::vector<std::uint32_t>{0, 1, 2})) << after;
+    for (const std::uint32_t slot : {1, 2}) {
+      EXPECT_EQ(objects[slot].body, slot) << after;
+      EXPECT_EQ(std::count(objects.changes().rebodied.begin(), objects.changes().rebodied.end(), slot), 1);
     }
   }
 }
