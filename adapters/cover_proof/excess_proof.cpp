@@ -48,7 +48,9 @@ class CutTriangle {
   }
 
  private:
-  static constexpr std::size_t kMost = 20;  // 3 and one a plane
+  // 3, and one for each of the box's 6 planes and the 4 of the tetrahedron: 13. Rounding may have a plane
+  // cross the outline more than twice, as a sliver's: room for some such corners.
+  static constexpr std::size_t kMost = 20;
   std::array<Vector3, kMost> corners_;
   std::size_t count_ = 3;
 };

@@ -11,6 +11,7 @@ namespace touchstone::mesh_files {
 namespace {
 
 using Triangle = std::array<std::uint32_t, 3>;
+
 /// Decided exactly. A triangle with an area has a plane, and no plane holds all four of the points below.
 bool has_area(const Vector3& a, const Vector3& b, const Vector3& c) {
   const Vector3 u = b - a, v = c - a;

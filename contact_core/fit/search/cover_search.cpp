@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <utility>
+
 #include "touchstone/contact_core/fit/meshes/main_axes.hpp"
 #include "touchstone/contact_core/fit/search/set_cover.hpp"
 #include "touchstone/contact_core/geometry/no_index.hpp"
