@@ -5,6 +5,7 @@
 #include "touchstone/contact_core/fit/excess.hpp"
 #include "touchstone/contact_core/fit/fit.hpp"
 #include "touchstone/contact_core/fit/parts/prisms.hpp"
+#include "touchstone/contact_core/fit/parts/sectors.hpp"
 #include "touchstone/contact_core/fit/round_parts.hpp"
 #include "touchstone/contact_core/fit/search/cells.hpp"
 #include "touchstone/contact_core/fit/search/set_cover.hpp"
@@ -469,6 +470,60 @@ TEST(Fit, ABoreOfFewFacetsIsAHexahedronAFacet) {
   FitOptions options = within(1e-3);
   options.repairs = 1;
   EXPECT_EQ(fit_hexahedra(ring, options).hexahedra.size(), 16U);
+}
+
+// A tube that a slit of one facet's width opens: corners of 48 facets all are on a ring.
+TriangleMesh slit_tube(double inner, double outer, double height) {
+  TriangleMesh mesh = tube_mesh(inner, outer, height, 48);
+  mesh.triangles.resize(mesh.triangles.size() - 8);  // of the last facet
+  const auto at = [&](double radius, int i, double z) {
+    const double angle = 2.0 * std::numbers::pi * i / 48;
+    return Vector3(radius * std::cos(angle), radius * std::sin(angle), z);
+  };
+  test::append_quad(mesh, at(inner, 0, 0), at(outer, 0, 0), at(outer, 0, height), at(inner, 0, height));
+  test::append_quad(mesh, at(inner, 47, height), at(outer, 47, height), at(outer, 47, 0), at(inner, 47, 0));
+  return mesh;
+}
+
+// A block with a bore, a plate round about the same axis elsewhere, and a key with its eight corners on the
+// walls and at the ends of the room between the two.
+TriangleMesh block_and_key() {
+  TriangleMesh mesh = tube_mesh(0.05, 0.07, 0.05, 48);
+  for (Vector3& p : mesh.vertices)
+    if (std::hypot(p.x(), p.y()) > 0.06) p = {1.02 * p.x(), p.y(), p.z()};  // this wall is not round
+  TriangleMesh plate = cone_mesh(0.1, 0.1, 0.05, 48);
+  for (Vector3& p : plate.vertices) p.z() += 0.2;
+  append(mesh, plate);
+  const auto at = [](double radius, int i, double z) {
+    const double angle = 2.0 * std::numbers::pi * i / 48;
+    return Vector3(radius * std::cos(angle), radius * std::sin(angle), z);
+  };
+  TriangleMesh key = box_mesh({0, 0, 0}, {1, 1, 1});
+  for (Vector3& p : key.vertices)
+    p = at(p.x() > 0.5 ? 0.1 : 0.05, p.y() > 0.5 ? 1 : 0, p.z() > 0.5 ? 0.05 : 0.0);
+  append(mesh, key);
+  return mesh;
+}
+
+bool has_ring(const TriangleMesh& mesh, double over, const std::vector<fit::LimitBox>& boxes = {}) {
+  const MeshDistance distance(weld(mesh));
+  const fit::AllowedSpace allowed(distance, over, boxes);
+  const std::vector<fit::Sectors> sectors =
+      fit::sectors_about_bores(distance, find_round_parts(distance), allowed);
+  return std::any_of(sectors.begin(), sectors.end(),
+                     [](const fit::Sectors& each) { return each.has_shell(); });
+}
+
+// Cells of sectors that went across a slit had no cover.
+TEST(Sectors, AreOfShellsThatGoAllAround) {
+  EXPECT_TRUE(has_ring(tube_mesh(0.05, 0.1, 0.05, 48), 5e-3));
+  EXPECT_FALSE(has_ring(slit_tube(0.05, 0.1, 0.05), 5e-3));
+  EXPECT_FALSE(has_ring(block_and_key(), 5e-3));
+  for (const TriangleMesh& mesh : {slit_tube(0.05, 0.1, 0.05), block_and_key()}) {
+    const Fit fit = fit_hexahedra(mesh, within(5e-3));
+    EXPECT_LE(fit.excess, 5e-3);
+    EXPECT_GE(fit.hexahedra.size(), 7U);
+  }
 }
 
 // Solids are cut along walls that face the axes, and along their straight edges they are not cut finer: a

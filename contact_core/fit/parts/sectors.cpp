@@ -1,6 +1,7 @@
 #include "touchstone/contact_core/fit/parts/sectors.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 
@@ -38,27 +39,75 @@ bool have_same_facets(const RoundPart& part, const RoundPart& bore) {
   return std::cos(bore.facets * std::atan2(sine, cosine)) > 1.0 - 1e-6;
 }
 
-// Whether a corner is where a ring between both has some: at one of its ends, and on one of its walls.
-bool is_on_ring(const Vector3& p, const RoundPart& bore, const RoundPart& outer) {
-  const Vector3 off = p - bore.foot;
-  const double along = dot(off, bore.axis), away = norm(off - along * bore.axis), near = kNear * bore.radius;
-  return std::min(std::abs(along), std::abs(along - bore.length)) <= near &&
-         std::min(std::abs(away - bore.radius), std::abs(away - outer.radius)) <= near;
+// Whether a triangle is at one end of the room between both, or on one of its walls: all its corners are. A
+// face from wall to wall along the axis, as a slit has, is on none.
+bool is_on_ring(const TriangleMesh& mesh, std::uint32_t t, const RoundPart& bore, const RoundPart& outer) {
+  const double near = kNear * bore.radius;
+  std::array<int, 4> corners_on = {0, 0, 0, 0};
+  for (const std::uint32_t corner : mesh.triangles[t]) {
+    const Vector3 off = mesh.vertices[corner] - bore.foot;
+    const double along = dot(off, bore.axis), away = norm(off - along * bore.axis);
+    const std::array<double, 4> beside = {along, along - bore.length, away - bore.radius,
+                                          away - outer.radius};
+    if (std::min(std::abs(beside[0]), std::abs(beside[1])) > near ||
+        std::min(std::abs(beside[2]), std::abs(beside[3])) > near)
+      return false;
+    for (std::size_t i = 0; i < 4; ++i) corners_on[i] += std::abs(beside[i]) <= near ? 1 : 0;
+  }
+  return *std::max_element(corners_on.begin(), corners_on.end()) == 3;
 }
 
-// The triangles of the closed shell whose corners all are on such a ring, and go around it.
+// Whether triangles have corners on both walls wherever facets meet, and nowhere else.
+bool goes_around(const TriangleMesh& mesh, std::span<const std::uint32_t> shell, const RoundPart& bore) {
+  const double near = kNear * bore.radius, facets = bore.facets;
+  std::array<std::vector<bool>, 2> has_corner;
+  for (std::vector<bool>& wall : has_corner) wall.assign(static_cast<std::size_t>(bore.facets), false);
+  for (const std::uint32_t t : shell)
+    for (const std::uint32_t corner : mesh.triangles[t]) {
+      const Vector3 off = mesh.vertices[corner] - bore.foot, across = off - dot(off, bore.axis) * bore.axis;
+      const double turn = std::atan2(dot(cross(bore.start, across), bore.axis), dot(bore.start, across));
+      const double at = (turn < 0.0 ? turn + kTurn : turn) / kTurn * facets, away = norm(across);
+      // Both walls' axes and starts are found to `near`.
+      if (std::abs(at - std::round(at)) * kTurn / facets * away > 2.0 * near) return false;
+      has_corner[away > bore.radius + near ? 1 : 0]
+                [static_cast<std::size_t>(std::lround(at)) % static_cast<std::size_t>(bore.facets)] = true;
+    }
+  const auto is_full = [](const std::vector<bool>& wall) {
+    return std::find(wall.begin(), wall.end(), false) == wall.end();
+  };
+  return is_full(has_corner[0]) && is_full(has_corner[1]);
+}
+
+// Whether triangles hold as much as a ring between both, to what corners may be off.
+bool has_volume_of_ring(const TriangleMesh& mesh, std::span<const std::uint32_t> shell, const RoundPart& bore,
+                        const RoundPart& outer) {
+  double volume = 0.0, surface = 0.0;
+  for (const std::uint32_t t : shell) {
+    const Vector3 twice = area_vector(mesh, t);
+    volume += dot(mesh.vertices[mesh.triangles[t][0]] - bore.foot, twice) / 6.0;
+    surface += 0.5 * norm(twice);
+  }
+  const double section = 0.5 * bore.facets * std::sin(kTurn / bore.facets) *
+                         (outer.radius * outer.radius - bore.radius * bore.radius);
+  return std::abs(volume - section * bore.length) <= kNear * bore.radius * surface;
+}
+
+// The triangles of the one closed shell that is such a ring and nothing else; none where there are two.
 std::vector<std::uint32_t> ring_shell(const MeshDistance& distance, const RoundPart& bore,
                                       const RoundPart& outer) {
+  // Walls and ends have to be farther apart than corners may be off.
+  if (std::min(outer.radius - bore.radius, bore.length) <= 2.0 * kNear * bore.radius) return {};
   const TriangleMesh& mesh = distance.mesh();
   const MeshShells& shells = distance.shells();
   std::vector<std::uint8_t> is_ring = shells.is_closed;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    for (const std::uint32_t corner : mesh.triangles[t])
-      if (!is_on_ring(mesh.vertices[corner], bore, outer)) is_ring[shells.shell_of_triangle[t]] = 0;
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+    if (!is_on_ring(mesh, t, bore, outer)) is_ring[shells.shell_of_triangle[t]] = 0;
+  if (std::count(is_ring.begin(), is_ring.end(), 1) != 1) return {};
   std::vector<std::uint32_t> ring;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
     if (is_ring[shells.shell_of_triangle[t]] != 0) ring.push_back(t);
-  return ring;
+  const bool is_one = goes_around(mesh, ring, bore) && has_volume_of_ring(mesh, ring, bore, outer);
+  return is_one ? ring : std::vector<std::uint32_t>();
 }
 
 // The least that is allowed on one of the ring's walls.

@@ -149,10 +149,12 @@ class CellBuilder {
       std::vector<Polygon> rest = between(shell, sectors.border(i), sectors.border((i + 1) % sectors.count));
       for (double piece = 1.0; piece <= pieces; piece += 1.0) {
         const Plane end = {sectors.bore.axis, -(foot + piece / pieces * sectors.bore.length)};
-        add({}, piece < pieces ? parts_of(rest, end, -1.0) : rest);
+        const std::vector<Polygon> part = piece < pieces ? parts_of(rest, end, -1.0) : rest;
+        rest = parts_of(rest, end, 1.0);
+        if (part.empty()) continue;
+        add({}, part);
         cells_.cells_.back().ring = index;
         cells_.cells_.back().strip = static_cast<std::uint32_t>(i);
-        rest = parts_of(rest, end, 1.0);
       }
     }
   }
