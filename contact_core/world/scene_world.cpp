@@ -72,6 +72,10 @@ double SceneWorld::time_of(double s) const {
   return start + s * (end - start);
 }
 
+double SceneWorld::time_of(const ContactEvent& event) const {
+  return event.part == 0 ? time_of(event.s) : time();
+}
+
 RigidPath SceneWorld::path_of(std::size_t index, double from_time, double to_time) const {
   const SceneObject& object = scene_->objects[index];
   const Pose& actual = world_.actual_pose(objects_[index]);

@@ -39,6 +39,8 @@ class SceneWorld {
   double time() const { return scene_->frame_time(frame_); }
   /// @param s within the frame that was flown last. [s]
   double time_of(double s) const;
+  /// @param event of that frame. Of a slide's sub-step, which has no times of its own, the frame's end. [s]
+  double time_of(const ContactEvent& event) const;
 
   /// Flies the next frame; objects that were removed from the world are left out.
   FrameReport step();

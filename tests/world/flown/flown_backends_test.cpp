@@ -101,7 +101,7 @@ Flight fly(const Scene& scene, const std::string& backend) {
     for (const ContactEvent& event : report.events) {
       flight.saw_events = true;
       flight.started_overlapping |= event.kind == EventKind::penetrating_at_start;
-      const double time = flown.time_of(event.part == 0 ? event.s : 1.0);
+      const double time = flown.time_of(event);
       if (event.kind == EventKind::blocked)
         flight.blocking.emplace_back(flown.world().name_of(event.a), flown.world().name_of(event.b));
       for (const ObjectHandle object : {event.a, event.b})

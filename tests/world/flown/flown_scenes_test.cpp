@@ -37,7 +37,7 @@ Flight fly(const Scene& scene) {
     const FrameReport report = flown.step();
     flight.iteration_limits += report.iteration_limits;
     for (const ContactEvent& event : report.events) {
-      const double time = flown.time_of(event.part == 0 ? event.s : 1.0);
+      const double time = flown.time_of(event);
       for (const ObjectHandle object : {event.a, event.b})
         if (event.kind == EventKind::blocked) flight.stopped.emplace(flown.world().name_of(object), time);
       if (event.kind == EventKind::began && !flight.began) flight.began = time;
