@@ -50,7 +50,8 @@ void add_serves(CLI::App& app, Options& options) {
   auto* const serves = app.add_option("--serves", options.serves,
                                       "A scene with objects of the meshes' names, which stand or move: looks "
                                       "for the coarsest covers with which "
-                                      "clearances, stops and first contacts are the meshes' to --tolerance");
+                                      "clearances are the meshes' to --tolerance, also where something is "
+                                      "stopped");
   app.add_option("--tolerance", options.tolerance, "Of --serves: 1mm")->needs(serves);
   app.add_option("--margin", options.margin,
                  "Of --serves: other motions that stay this near count, and clearances up to it (default: 10 "

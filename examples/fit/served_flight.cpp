@@ -263,7 +263,7 @@ std::vector<double> frame_times(const ServesRequest& request, const Scene& scene
 }
 
 /// Contacts and clearances of meshes that the world reported in a frame.
-void note(const FrameReport& report, const SceneWorld& flown, const std::vector<std::size_t>& targets,
+void note(const FrameReport& report, SceneWorld& flown, const std::vector<std::size_t>& targets,
           ServedFlight& flight) {
   const auto index_of = [&](ObjectHandle object) {
     for (std::size_t i = 0; i < flown.scene().objects.size(); ++i)
@@ -271,13 +271,20 @@ void note(const FrameReport& report, const SceneWorld& flown, const std::vector<
     return kNoObject;
   };
   for (const ContactEvent& event : report.events) {
-    const std::size_t a = index_of(event.a), b = index_of(event.b);
-    if (std::none_of(targets.begin(), targets.end(), [&](std::size_t t) { return t == a || t == b; }))
+    // Of events with meshes, contacts and clearances count.
+    const auto [a, b] = std::minmax({index_of(event.a), index_of(event.b)});
+    if (std::none_of(targets.begin(), targets.end(),
+                     [a = a, b = b](std::size_t t) { return t == a || t == b; }))
       continue;
-    const double time = flown.time_of(event.s);
-    if (event.kind == EventKind::began && !flight.first_contact) flight.first_contact = time;
-    if (event.kind == EventKind::began || event.kind == EventKind::ended)
-      flight.contacts.push_back({std::min(a, b), std::max(a, b), event.kind == EventKind::began, time});
+    const double time = flown.time_of(event);
+    const bool began = event.kind == EventKind::began;
+    if (began && !flight.first_contact) flight.first_contact = time;
+    if (began || event.kind == EventKind::ended) {
+      const auto at = [&](std::size_t object) {
+        return flown.world().executed_pose(flown.object(object), event.part, event.s).p;
+      };
+      flight.contacts.push_back({a, b, began, time, at(a), at(b)});
+    }
     flight.least_clearance = std::min(flight.least_clearance, event.geometry.separation);
   }
 }

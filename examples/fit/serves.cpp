@@ -244,14 +244,6 @@ std::string clearance_text(const ServesRow& row) {
                                                    : "> margin";
 }
 
-/// The farthest that what moves is in one flight from where it is in the other at the same time [m].
-double apart(const ServedFlight& a, const ServedFlight& b) {
-  double most = 0.0;
-  for (std::size_t i = 0; i < std::min(a.places.size(), b.places.size()); ++i)
-    most = std::max(most, norm(a.places[i] - b.places[i]));
-  return most;
-}
-
 std::string zones_text(const ServesRow& row, const ServesRequest& request) {
   const auto corner = [](const Vector3& p) {
     return fmt::format("({:.4g}, {:.4g}, {:.4g})", p.x(), p.y(), p.z());
@@ -266,11 +258,54 @@ std::string zones_text(const ServesRow& row, const ServesRequest& request) {
   return text +
          fmt::format(
              "zones are where others come near in scene '{}', and {:.4g} mm about that; clearances up to "
-             "it, stops and first contacts are the meshes' to the error in the zones\n",
+             "it are the meshes' to the error in the zones, also where something is stopped\n",
              request.scene.name, 1e3 * request.margin);
 }
 
+/// Whether covers that serve, which are right to the tolerance in other places, stop things where the best
+/// one does.
+std::string agreement_text(const ServesResult& result, const ServesRequest& request) {
+  const ServesRow& best = result.rows[*result.best];
+  std::size_t others = 0, unlike = 0;
+  double stops = 0.0;
+  for (const ServesRow& row : result.rows) {
+    if (&row == &best || !row.serves) continue;
+    const FlightDifference apart = difference(best.flight, row.flight);
+    ++others;
+    if (apart.are_alike)
+      stops = std::max(stops, apart.stops);
+    else
+      ++unlike;
+  }
+  if (others == 0) return "";
+  if (unlike == 0 && stops <= request.tolerance)
+    return fmt::format("of {} more that serve, contacts are the same, and stops at most {:.3g} mm apart\n",
+                       others, 1e3 * stops);
+  return fmt::format(
+      "STOPS ARE NOT SURE: of {} more that serve, {} have other contacts, and stops of the rest are up to "
+      "{:.3g} mm apart: something meets the mesh at a slant, or barely; clearances hold\n",
+      others, unlike, 1e3 * stops);
+}
+
 }  // namespace
+
+FlightDifference difference(const ServedFlight& some, const ServedFlight& other) {
+  FlightDifference apart;
+  for (std::size_t i = 0; i < std::min(some.places.size(), other.places.size()); ++i)
+    apart.frames = std::max(apart.frames, norm(some.places[i] - other.places[i]));
+  apart.are_alike = std::equal(some.contacts.begin(), some.contacts.end(), other.contacts.begin(),
+                               other.contacts.end(), [](const ToldContact& a, const ToldContact& b) {
+                                 return a.a == b.a && a.b == b.b && a.began == b.began;
+                               });
+  if (!apart.are_alike) return apart;
+  for (std::size_t i = 0; i < some.contacts.size(); ++i) {
+    const ToldContact &a = some.contacts[i], &b = other.contacts[i];
+    double& times = a.began ? apart.begins : apart.ends;
+    times = std::max(times, std::abs(a.time - b.time));
+    if (a.began) apart.stops = std::max({apart.stops, norm(a.p_WA - b.p_WA), norm(a.p_WB - b.p_WB)});
+  }
+  return apart;
+}
 
 ServesResult find_coarsest(const FitRequest& fit, const ServesRequest& request,
                            program::ProgressLine& progress,
@@ -312,29 +347,11 @@ std::string serves_text(const ServesResult& result, const ServesRequest& request
                       "no cover within the tolerance was found; the best so far is right to {:.4g} mm, "
                       "with {} hexahedra\n",
                       1e3 * best.in_zones, best.hexahedra);
-  return text + fmt::format("coarsest that serves: {} hexahedra, {:.4g} mm elsewhere\n", best.hexahedra,
-                            1e3 * best.elsewhere);
+  return text +
+         fmt::format("coarsest that serves: {} hexahedra, {:.4g} mm elsewhere\n", best.hexahedra,
+                     1e3 * best.elsewhere) +
+         agreement_text(result, request);
 }
-
-namespace {
-
-/// Whether the same contacts began and ended in the same order.
-bool are_alike(const std::vector<ToldContact>& some, const std::vector<ToldContact>& others) {
-  return std::equal(some.begin(), some.end(), others.begin(), others.end(),
-                    [](const ToldContact& a, const ToldContact& b) {
-                      return a.a == b.a && a.b == b.b && a.began == b.began;
-                    });
-}
-
-/// The largest difference of the times of contacts that are alike [s].
-double time_apart(const std::vector<ToldContact>& some, const std::vector<ToldContact>& others) {
-  double most = 0.0;
-  for (std::size_t i = 0; i < std::min(some.size(), others.size()); ++i)
-    most = std::max(most, std::abs(some[i].time - others[i].time));
-  return most;
-}
-
-}  // namespace
 
 std::string comparison_text(const ServesResult& result, const ServesRequest& request) {
   const auto uniform = std::find_if(result.rows.begin(), result.rows.end(),
@@ -343,22 +360,27 @@ std::string comparison_text(const ServesResult& result, const ServesRequest& req
   const ServesRow& best = result.rows[*result.best];
   // Differences are against the uniform cover's flight.
   program::TextTable table({"scene", "cover", "hexahedra", "certified error [mm]", "contacts",
-                            "times differ [ms]", "stops differ [mm]", "clearances differ [mm]", "frame [us]",
-                            "99.9 % [us]"});
+                            "begins differ [ms]", "ends differ [ms]", "stops differ [mm]",
+                            "in any frame [mm]", "clearances differ [mm]", "frame [us]", "99.9 % [us]"});
   for (const ServesRow* row : {&*uniform, &best}) {
     const ServedFlight &flight = row->flight, &other = uniform->flight;
-    const bool is_alike = are_alike(flight.contacts, other.contacts);
+    const FlightDifference apart = difference(flight, other);
+    const auto of_alike = [&](double what) {
+      return apart.are_alike ? fmt::format("{:.3g}", 1e3 * what) : "-";
+    };
     const double clearance = flight.least_clearance == other.least_clearance
                                  ? 0.0
                                  : std::abs(flight.least_clearance - other.least_clearance);
     table.add({request.scene.name, row == &best ? "fitted to the task" : "uniform error",
                std::to_string(row->hexahedra), fmt::format("{:.3g}", 1e3 * row->in_zones),
-               fmt::format("{}{}", flight.contacts.size(), is_alike ? "" : ", others"),
-               is_alike ? fmt::format("{:.3g}", 1e3 * time_apart(flight.contacts, other.contacts)) : "-",
-               fmt::format("{:.3g}", 1e3 * apart(flight, other)), fmt::format("{:.3g}", 1e3 * clearance),
+               fmt::format("{}{}", flight.contacts.size(), apart.are_alike ? "" : ", others"),
+               of_alike(apart.begins), of_alike(apart.ends), of_alike(apart.stops),
+               fmt::format("{:.3g}", 1e3 * apart.frames), fmt::format("{:.3g}", 1e3 * clearance),
                fmt::format("{:.1f}", flight.frame_us), fmt::format("{:.1f}", flight.frame_999_us)});
   }
   return table.str() +
+         "stops: where objects are as contacts begin; any frame: also where one flight is released a frame "
+         "before the other, and goes on to where it is commanded to be\n" +
          fmt::format("{:.3g} times fewer hexahedra, {:.3g} times as short a frame\n",
                      static_cast<double>(uniform->hexahedra) / static_cast<double>(best.hexahedra),
                      uniform->flight.frame_us / best.flight.frame_us);

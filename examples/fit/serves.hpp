@@ -14,9 +14,13 @@
 //
 // A cover holds the mesh, and no point of it in a zone is farther than e from the mesh. So where others come
 // within a margin m of the cover, and the zones hold all of the cover that is within m of them, the mesh's
-// clearance is at least the cover's and at most e larger: clearances, stops and first contacts are right to
-// e, whatever the cover does elsewhere. Between two meshes it is the sum of both errors. That is checked of
-// each row's own flight, not assumed.
+// clearance is at least the cover's and at most e larger: clearances are right to e, and what a cover stops
+// is within e of the mesh, whatever the cover does elsewhere. Between two meshes it is the sum of both
+// errors. That is checked of each row's own flight, not assumed.
+//
+// It bounds clearances, not ways: what meets the mesh at a slant is stopped earlier on its way by more than
+// e, what passes closely may be stopped, and a stop that ends a frame later leaves the flights far apart for
+// that frame. How much covers that serve differ in these is measured, see difference().
 
 namespace touchstone::fitting {
 
@@ -30,7 +34,7 @@ struct ServedMesh {
 struct ServesRequest {
   Scene scene;
   std::vector<ServedMesh> meshes;  ///< of different objects
-  double tolerance;                ///< of clearances, stops and first contacts [m]
+  double tolerance;                ///< of clearances, also of those where something is stopped [m]
   double margin;  ///< other motions that stay this near to the scene's, and clearances up to it [m]
   bool with_uniform = false;           ///< a row with the tolerance everywhere: long to fit
   std::optional<double> seconds = {};  ///< the search ends after about this, with what it has by then
@@ -48,6 +52,8 @@ struct ToldContact {
   std::size_t a, b;  ///< objects of the scene, a < b
   bool began;        ///< else it ended
   double time;       ///< [s]
+  /// Origins of both at that time, in world [m].
+  Vector3 p_WA = Vector3::Zero(), p_WB = Vector3::Zero();
 };
 
 /// A flight of the scene with one cover a mesh.
@@ -62,6 +68,17 @@ struct ServedFlight {
 };
 /// @param covers of request.meshes, in their order. @throws InputError as SceneWorld.
 ServedFlight fly_scene(const ServesRequest& request, std::span<const Fit* const> covers);
+
+/// By how much two flights of one scene differ, at most.
+struct FlightDifference {
+  bool are_alike = false;  ///< the same contacts begin and end in the same order; else no begins, ends, stops
+  double begins = 0.0, ends = 0.0;  ///< times at which contacts do so [s]
+  double stops = 0.0;               ///< where the origins of both objects are as a contact begins [m]
+  /// Where the origins of what moves are at the same time, after any frame [m]. What is released goes on to
+  /// its commanded pose within the frame: released a frame apart, two flights are as far apart as that is.
+  double frames = 0.0;
+};
+FlightDifference difference(const ServedFlight& some, const ServedFlight& other);
 
 /// One cover a mesh, and whether they serve.
 struct ServesRow {
@@ -96,6 +113,7 @@ ServesResult find_coarsest(const FitRequest& fit, const ServesRequest& request,
 
 /// A line while the search goes on.
 std::string row_text(const ServesRow& row);
+/// All rows, the best one's zones, and whether what else serves stops where it does.
 std::string serves_text(const ServesResult& result, const ServesRequest& request);
 /// The best row beside the uniform one; empty without both.
 std::string comparison_text(const ServesResult& result, const ServesRequest& request);

@@ -192,6 +192,75 @@ TEST_F(Serves, WhereOneIsStoppedTheOtherIsSeenToGoOn) {
   for (const std::size_t i : {1U, 2U}) EXPECT_NEAR(seen.strays[i], 0.25, 1e-5);
 }
 
+/// A box up to `high` that stands where the angle does.
+ServedFlight flight_over(const ServesRequest& asked, const Vector3& high) {
+  Fit cover;
+  cover.hexahedra.push_back({test::box_vertices({-0.1, -0.1, -0.1}, high), 1.0, {0, 0, 0}});
+  const std::array<const Fit*, 1> covers = {&cover};
+  return fly_scene(asked, covers);
+}
+
+// The command goes 0.2 m into the angle, up by 1 m, and out again: the cube is released where the command
+// passes it, and then goes up in one frame. 30 mm of the cover are three frames.
+TEST_F(Serves, AStopIsComparedWhereItIsAndNotWhereItEnds) {
+  const ServesRequest asked = request(
+      "    motion:\n      segments:\n        - {duration: 2, velocity: [-0.5, 0, 0]}\n"
+      "        - {start: 2, duration: 0.2, velocity: [0, 0, 5]}\n"
+      "        - {start: 2.2, duration: 0.8, velocity: [0.5, 0, 0]}\n");
+  const FlightDifference apart =
+      difference(flight_over(asked, {2.19, 2, 9}), flight_over(asked, {2.16, 2, 9}));
+  ASSERT_TRUE(apart.are_alike);
+  EXPECT_NEAR(apart.stops, 0.03, 1e-5);
+  EXPECT_NEAR(apart.begins, 0.03 / 0.5, 1e-4);
+  EXPECT_NEAR(apart.ends, 0.06, 0.021);
+  EXPECT_NEAR(apart.frames, std::hypot(1.0, 0.03), 0.02);
+}
+
+// The cube passes 15 mm above one cover, and is stopped by one that is 30 mm higher: both are right to 40 mm.
+TEST_F(Serves, WhereCoversThatServeStopElsewhereThatIsSaid) {
+  ServesRequest asked = request(kComes);
+  asked.scene.objects[1].X_WO.p.z() = 1.115;
+  ServesResult result;
+  for (const double z : {1.0, 1.0, 1.03}) {
+    ServesRow row;
+    row.serves = row.is_held = true;
+    row.flight = flight_over(asked, {2.0, 2.0, z});
+    result.rows.push_back(row);
+  }
+  result.best = 0;
+  EXPECT_FALSE(difference(result.rows[0].flight, result.rows[2].flight).are_alike);
+  EXPECT_THAT(serves_text(result, asked),
+              HasSubstr("STOPS ARE NOT SURE: of 2 more that serve, 1 have other contacts"));
+  result.rows.pop_back();
+  EXPECT_THAT(serves_text(result, asked), HasSubstr("of 1 more that serve, contacts are the same"));
+  // Stops that are further apart than the tolerance are said, too.
+  asked.scene.objects[1].X_WO.p.z() = 0.5;
+  result.rows[0].flight = flight_over(asked, {2.0, 2.0, 1.0});
+  result.rows[1].flight = flight_over(asked, {2.05, 2.0, 1.0});
+  EXPECT_THAT(serves_text(result, asked), HasSubstr("0 have other contacts, and stops of the rest are up to "
+                                                    "50 mm apart"));
+}
+
+// A long wall stops the cube, which slides along it into the cover, where contact is only cued: a way that
+// has no times of its own.
+TEST_F(Serves, WhatASlideMeetsIsToldAtTheFramesEnd) {
+  ServesRequest asked = request(
+      "    motion: {segments: [{velocity: [-2, -3, 0]}]}\n"
+      "  - name: wall\n    static: true\n    pose: {position: [2, 0, 0.5]}\n"
+      "    hexahedra: [{name: w, box: {size: [1, 20, 1]}}]\n");
+  asked.scene.frame_rate = asked.scene.duration = 1.0;
+  asked.scene.policy = ContactPolicy::slide;
+  asked.scene.rules.push_back({"cube", "angle", ContactPolicy::cue});
+  Fit cover;
+  cover.hexahedra.push_back({test::box_vertices({2.6, -9, 0}, {9, -1, 1}), 1.0, {0, 0, 0}});
+  const std::array<const Fit*, 1> covers = {&cover};
+  const ServedFlight flight = fly_scene(asked, covers);
+  ASSERT_EQ(flight.contacts.size(), 1U);
+  EXPECT_EQ(flight.contacts[0].time, 1.0);
+  EXPECT_NEAR(flight.contacts[0].p_WB.x(), 2.6, 1e-5);
+  EXPECT_NEAR(flight.contacts[0].p_WB.y(), -0.9, 1e-5);
+}
+
 TEST_F(Serves, TheScenesOwnRuleOfThePairStays) {
   Fit coarse;
   coarse.hexahedra.push_back({test::box_vertices({-0.1, -0.1, -0.1}, {2.3, 2.1, 1.1}), 1.5, {2, 2, 0.5}});
