@@ -41,8 +41,11 @@ struct FitOptions {
 /// One hexahedron of a cover.
 struct FittedHexahedron {
   std::array<Vector3, 8> vertices;  ///< Hexahedron's order; faces are flat to rounding; the mesh's frame [m]
-  double excess;                    ///< no point of it is farther from the solid [m]; where small, coarse
-  Vector3 farthest;                 ///< one that is about that far
+  /// No point of it is farther from the solid [m]: a bound, above the truth by at most a thirty-second of
+  /// `over` where it is the cover's largest, else by at most an eighth; of a slab of a prism it is what the
+  /// prism tells, which may be more.
+  double excess;
+  Vector3 farthest;  ///< one that is about that far
 };
 
 /// A cover of a mesh.
