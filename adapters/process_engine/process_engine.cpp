@@ -26,10 +26,8 @@ namespace {
 
 /// Time limits that one question may take in all: an engine that gives a byte now and then is ended, too.
 constexpr int kLimitsOfAQuestion = 30;
-/// Starts in a row without an answer after which an engine is given up, in what one workspace may take.
+/// Failures in a row without an answer after which an engine is given up, in what one workspace may take.
 constexpr int kWorkspacesInVain = 4;
-/// Interpreters take their time to start.
-constexpr int kLimitsOfAStart = 5;
 
 using Clock = std::chrono::steady_clock;
 
@@ -79,10 +77,15 @@ struct Engine {
   std::unique_ptr<Protocol> protocol;
   mutable std::mutex telling;
   /// In a row, of all workspaces.
-  mutable std::atomic<int> starts_without_answer = 0;
+  mutable std::atomic<int> failures_in_vain = 0;
+  mutable std::atomic<bool> is_given_up = false;
 
-  /// An engine that hangs whatever it is asked would cost each workspace its restarts, minutes each.
-  bool is_given_up() const { return starts_without_answer >= kWorkspacesInVain * (options.max_restarts + 1); }
+  int most_in_vain() const { return kWorkspacesInVain * (options.max_restarts + 1); }
+  /// An engine that hangs whatever it is asked would cost each workspace its restarts, minutes each. It stays
+  /// given up, whatever processes that still run answer. Starts and questions under way count for nothing.
+  void count_in_vain() const {
+    if (++failures_in_vain >= most_in_vain()) is_given_up = true;
+  }
 
   void tell(const std::string& what) const {
     const std::lock_guard lock(telling);
@@ -116,7 +119,10 @@ class Connection final : public Narrowphase::Workspace {
       if (!is_running(solids)) return give_up(all.subspan(at), output);
       const auto [answered, failure] = ask_part({input, part, ++batch_}, output);
       at += answered;
-      if (answered > 0) engine_->starts_without_answer = 0;
+      if (answered > 0)
+        engine_->failures_in_vain = 0;
+      else if (!failure.empty())
+        engine_->count_in_vain();
       if (failure.empty()) continue;
       child_.reset();
       if (part.size() == 1) {
@@ -142,10 +148,8 @@ class Connection final : public Narrowphase::Workspace {
   bool is_running(const Solids& solids) {
     while (child_ == nullptr || built_ != solids.build) {
       if (child_ == nullptr) {
-        if (starts_ > engine_->options.max_restarts || engine_->is_given_up())
-          return false;  // here for ever after
+        if (has_used_restarts() || engine_->is_given_up) return false;
         ++starts_;
-        ++engine_->starts_without_answer;
       }
       try {
         if (child_ == nullptr) start();
@@ -154,9 +158,12 @@ class Connection final : public Narrowphase::Workspace {
         engine_->tell(std::string("failed, ") + error.what());
       }
       child_.reset();
+      engine_->count_in_vain();
     }
     return true;
   }
+
+  bool has_used_restarts() const { return starts_ > engine_->options.max_restarts; }
 
   void start() {
     child_ = std::make_unique<ChildProcess>(engine_->options.command);
@@ -206,10 +213,10 @@ class Connection final : public Narrowphase::Workspace {
     for (const std::uint32_t i : unasked)
       output.status[i] = PairStatus::failed;  // a reply not believed left more
     if (std::exchange(told_end_, true)) return;
-    const std::string why =
-        engine_->is_given_up()
-            ? std::to_string(engine_->starts_without_answer) + " starts without an answer; "
-            : std::to_string(engine_->options.max_restarts) + " restarts; ";
+    const std::string why = has_used_restarts()
+                                ? std::to_string(engine_->options.max_restarts) + " restarts; "
+                                : std::to_string(engine_->most_in_vain()) +
+                                      " failures in a row without an answer, in all workspaces; ";
     engine_->tell("given up after " + why + std::to_string(unasked.size()) +
                   " pairs here and all later ones are failed unasked");
   }

@@ -20,13 +20,17 @@
 
 namespace touchstone {
 
+/// Time limits that an engine may take until its first sign: interpreters and libraries take their time.
+inline constexpr int kLimitsOfAStart = 5;
+
 /// How an engine is run.
 struct ProcessEngineOptions {
   std::vector<std::string> command;  ///< program (looked for in PATH) and arguments
-  /// An engine that neither takes nor gives a byte for so long hangs; it may start for five times that.
+  /// An engine that neither takes nor gives a byte for so long hangs; it may start for kLimitsOfAStart of
+  /// that.
   std::chrono::milliseconds time_limit{2000};
-  /// Of one workspace; then its pairs are `failed` unasked. After four times as many starts in a row without
-  /// an answer, in all workspaces, those of every later one, too.
+  /// Of one workspace; then its pairs are `failed` unasked. After 4 (max_restarts + 1) failures in a row
+  /// without an answer between them, counted over all workspaces, no process is started again in any.
   int max_restarts = 16;
   /// Gets each failure, one line; from any thread, one at a time. Must not throw. Empty: to stderr.
   std::function<void(std::string_view)> on_failure = {};

@@ -8,6 +8,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "touchstone/adapters/c_interface/touchstone.h"
@@ -31,6 +32,7 @@ static void go_wrong(const char* how) {
     raise(SIGSEGV);
   }
   if (strcmp(how, "exit") == 0) exit(7);
+  if (strcmp(how, "slow") == 0) nanosleep(&(struct timespec){0, 500000000}, NULL); /* then it is right */
   if (strcmp(how, "hang") == 0) for (;;) pause();
   if (strcmp(how, "close") == 0) { fclose(stdout); close(STDOUT_FILENO); for (;;) pause(); }
 }

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <thread>
 
 #include "touchstone/adapters/process_engine/child_process.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
@@ -136,7 +137,7 @@ TEST(ProcessEngine, AFloodIsNotBelievedAndEnds) {
   EXPECT_THAT(bad.told.back(), HasSubstr("given up after 16 restarts"));
 }
 
-// Eight starts: four workspaces' worth of two.
+// Eight failures: four workspaces' worth of two.
 TEST(ProcessEngine, OneThatNeverAnswersIsGivenUpInAllWorkspaces) {
   std::vector<std::string> told;
   BackendRegistry registry;
@@ -160,7 +161,32 @@ TEST(ProcessEngine, OneThatNeverAnswersIsGivenUpInAllWorkspaces) {
   for (int i = 0; i < 4; ++i) EXPECT_EQ(first_status(bad), PairStatus::failed);
   told.clear();
   EXPECT_EQ(first_status(good), PairStatus::failed);
-  EXPECT_THAT(told, ElementsAre(HasSubstr("given up after 8 starts without an answer; 60 pairs here")));
+  EXPECT_THAT(told, ElementsAre(HasSubstr("given up after 8 failures in a row without an answer, in all "
+                                          "workspaces; 60 pairs here")));
+}
+
+// All are started before the first answers, which is twice as often as may be in vain.
+TEST(ProcessEngine, StartsThatAreUnderWayAreNotInVain) {
+  std::vector<std::string> told;
+  BackendRegistry registry;
+  const std::string name = register_process_engine(
+      registry, {.command = {BAD_ENGINE, "slow"},
+                 .time_limit = milliseconds(20000),
+                 .max_restarts = 0,
+                 .on_failure = [&](std::string_view what) { told.emplace_back(what); }});
+  const auto narrowphase = registry.make_narrowphase(name);
+  const Row row;
+  narrowphase->build(row.solids);
+  std::vector<Answers> answers(8);
+  {
+    std::vector<std::jthread> threads;
+    for (Answers& each : answers)
+      threads.emplace_back([&] {
+        each = ask(*narrowphase, row.pairs, row.poses, {.kind = QueryKind::distance});  // a workspace each
+      });
+  }
+  for (const Answers& each : answers) EXPECT_THAT(each.status, Each(PairStatus::separated));
+  EXPECT_THAT(told, IsEmpty());
 }
 
 std::string refusal(std::vector<std::string> command, milliseconds limit = milliseconds(5000)) {
