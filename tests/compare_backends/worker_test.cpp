@@ -2,11 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cstring>
+#include <filesystem>
 
 #include "touchstone/examples/compare_backends/run/comparison.hpp"
 #include "touchstone/examples/compare_backends/run/sets/set_summary.hpp"
 #include "touchstone/examples/compare_backends/run/workers/job_io.hpp"
+#include "touchstone/examples/compare_backends/run/workers/signs_of_life.hpp"
 #include "touchstone/examples/measures/pairs/pair_families.hpp"
 #include "touchstone/tests/measures/fake_backends.hpp"
 
@@ -85,6 +88,41 @@ TEST(Worker, AnEngineThatTakesLongInAllIsNotAHangingOne) {
   const auto answers = run_in_worker(worker, names, set, options);
   ASSERT_EQ(answers.size(), 1u);
   EXPECT_EQ(answers[0].failure, "");
+}
+
+/// A file's count, and whoever waits for it by a clock of the test's own.
+struct Waiting {
+  std::filesystem::path file =
+      std::filesystem::path(::testing::TempDir()) /
+      (std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()) + ".life");
+  SignsOfLife signs{file};
+  Patience::Clock::time_point now{};
+  Patience patience{signs, std::chrono::milliseconds(300), now};
+  ~Waiting() { std::filesystem::remove(file); }
+
+  bool is_over_after(int polls, std::chrono::milliseconds apart) {
+    bool is_over = false;
+    for (int i = 0; i < polls && !is_over; ++i) is_over = patience.is_over(now += apart);
+    return is_over;
+  }
+};
+
+// As after Ctrl-Z and fg an hour later.
+TEST(Patience, WhileThisProcessIsStoppedNobodyWaits) {
+  Waiting waiting;
+  waiting.signs.give();
+  EXPECT_FALSE(waiting.is_over_after(20, std::chrono::milliseconds(5)));
+  EXPECT_FALSE(waiting.is_over_after(1, std::chrono::hours(1)));
+  EXPECT_FALSE(waiting.is_over_after(20, std::chrono::milliseconds(5)));
+  EXPECT_TRUE(waiting.is_over_after(20, std::chrono::milliseconds(5)));
+}
+
+TEST(Patience, EachSignStartsItAnew) {
+  Waiting waiting;
+  for (int sign = 0; sign < 10; ++sign) {
+    waiting.signs.give();
+    EXPECT_FALSE(waiting.is_over_after(59, std::chrono::milliseconds(5)));
+  }
 }
 
 TEST(Worker, AProgramThatIsNotThereSaysSo) { EXPECT_NE(describe_worker("/no/such/program").failure, ""); }

@@ -4,6 +4,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <new>
 #include <stdexcept>
 #include <utility>
@@ -54,6 +55,15 @@ SignsOfLife::SignsOfLife(const std::filesystem::path& file) {
   close(opened);
   if (memory == MAP_FAILED) throw std::runtime_error(file.string() + " cannot be mapped");
   count_ = std::launder(static_cast<Count*>(memory));
+}
+
+bool Patience::is_over(Clock::time_point now) {
+  const Clock::duration since = std::min<Clock::duration>(now - polled_, kMostAPoll);
+  polled_ = now;
+  const std::uint64_t count = signs_.count();
+  waited_ = count == last_ ? waited_ + since : Clock::duration{};
+  last_ = count;
+  return waited_ > limit_;
 }
 
 SignsOfLife::~SignsOfLife() { munmap(count_, sizeof *count_); }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -28,6 +29,26 @@ class SignsOfLife {
 
  private:
   std::atomic<std::uint64_t>* count_;
+};
+
+/// Whether the count of a process that is polled stands still for longer than a limit.
+class Patience {
+ public:
+  using Clock = std::chrono::steady_clock;
+  /// Of the time between two polls, no more counts: where this process was stopped, so was the other one.
+  static constexpr std::chrono::milliseconds kMostAPoll{100};
+
+  Patience(const SignsOfLife& signs, std::chrono::milliseconds limit, Clock::time_point now)
+      : signs_(signs), limit_(limit), polled_(now) {}
+  /// Polls, at `now`.
+  bool is_over(Clock::time_point now);
+
+ private:
+  const SignsOfLife& signs_;
+  std::chrono::milliseconds limit_;
+  std::uint64_t last_ = 0;
+  Clock::time_point polled_;
+  Clock::duration waited_{};
 };
 
 /// A backend whose narrowphases give a sign before and after each call; answers are the inner one's.

@@ -63,26 +63,6 @@ void write_file(const fs::path& path, const std::string& bytes) {
   if (!stream) throw std::runtime_error(path.string() + " cannot be written: is the disk full?");
 }
 
-// Whether the count stood still for longer than a limit.
-class Patience {
- public:
-  Patience(const SignsOfLife& signs, std::chrono::milliseconds limit) : signs_(signs), limit_(limit) {}
-  bool is_over() {
-    const auto now = std::chrono::steady_clock::now();
-    if (const std::uint64_t count = signs_.count(); count != last_) {
-      last_ = count;
-      since_ = now;
-    }
-    return now - since_ > limit_;
-  }
-
- private:
-  const SignsOfLife& signs_;
-  std::chrono::milliseconds limit_;
-  std::uint64_t last_ = 0;
-  std::chrono::steady_clock::time_point since_ = std::chrono::steady_clock::now();
-};
-
 // Runs the program to its end, which gives signs of life in a file of `folder`. Returns "" or how it failed.
 std::string run_program(const Worker& worker, const fs::path& folder, std::vector<std::string> arguments,
                         const Progress& progress) {
@@ -107,12 +87,12 @@ std::string run_program(const Worker& worker, const fs::path& folder, std::vecto
   });
   // Polling lets progress and interrupts through.
   int status = 0;
-  Patience patience(signs, worker.time_limit);
+  Patience patience(signs, worker.time_limit, Patience::Clock::now());
   try {
     while (waitpid(process, &status, WNOHANG) == 0) {
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
       if (progress) progress(0.0);
-      if (!patience.is_over()) continue;
+      if (!patience.is_over(Patience::Clock::now())) continue;
       kill(process, SIGKILL);
       waitpid(process, &status, 0);
       return fmt::format("{} gave no answer within {:g} s", program.filename().string(),
