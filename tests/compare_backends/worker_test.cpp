@@ -1,10 +1,15 @@
 #include "touchstone/examples/compare_backends/run/workers/worker.hpp"
 
 #include <gtest/gtest.h>
+#include <sched.h>
+#include <sys/mount.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 
 #include "touchstone/examples/compare_backends/run/comparison.hpp"
 #include "touchstone/examples/compare_backends/run/sets/set_summary.hpp"
@@ -123,6 +128,35 @@ TEST(Patience, EachSignStartsItAnew) {
     waiting.signs.give();
     EXPECT_FALSE(waiting.is_over_after(59, std::chrono::milliseconds(5)));
   }
+}
+
+enum MadeOn : int { said_why = 0, made_it = 1, no_disk = 2 };
+
+// A disk of one page, which is full; in a process of its own, whose mounts nobody else sees.
+MadeOn make_on_a_full_disk(const std::filesystem::path& folder) {
+  if (unshare(CLONE_NEWNS) != 0 || mount(nullptr, "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0 ||
+      mount("none", folder.c_str(), "tmpfs", 0, "size=4k") != 0)
+    return no_disk;
+  std::ofstream(folder / "full") << std::string(5000, 'x') << std::flush;
+  try {
+    SignsOfLife(folder / "life").give();
+    return made_it;
+  } catch (const std::runtime_error& error) {
+    return std::strstr(error.what(), "No space left") == nullptr ? made_it : said_why;
+  }
+}
+
+TEST(SignsOfLife, AFullDiskIsAnErrorAndNoSignal) {
+  const std::filesystem::path folder = std::filesystem::path(::testing::TempDir()) / "signs_on_a_full_disk";
+  std::filesystem::create_directories(folder);
+  const pid_t process = fork();
+  if (process == 0) _exit(make_on_a_full_disk(folder));
+  int status = 0;
+  ASSERT_EQ(waitpid(process, &status, 0), process);
+  std::filesystem::remove(folder);
+  ASSERT_TRUE(WIFEXITED(status)) << strsignal(WTERMSIG(status));
+  if (WEXITSTATUS(status) == no_disk) GTEST_SKIP() << "nothing can be mounted here";
+  EXPECT_EQ(WEXITSTATUS(status), said_why);
 }
 
 TEST(Worker, AProgramThatIsNotThereSaysSo) { EXPECT_NE(describe_worker("/no/such/program").failure, ""); }

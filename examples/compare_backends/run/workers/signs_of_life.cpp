@@ -5,8 +5,10 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <new>
 #include <stdexcept>
+#include <system_error>
 #include <utility>
 
 namespace touchstone::comparison {
@@ -48,12 +50,17 @@ SignsOfLife::SignsOfLife(const std::filesystem::path& file) {
   using Count = std::atomic<std::uint64_t>;
   const int opened = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
   if (opened < 0) throw std::runtime_error(file.string() + " cannot be opened");
-  // A file that is made longer is filled with zeros, which is a count of none.
-  void* const memory = ftruncate(opened, sizeof(Count)) == 0
-                           ? mmap(nullptr, sizeof(Count), PROT_READ | PROT_WRITE, MAP_SHARED, opened, 0)
-                           : MAP_FAILED;
+  // A file that is made longer is filled with zeros, which is a count of none. Its bytes are taken here: on a
+  // full disk a hole would end whoever touches it.
+  int error = posix_fallocate(opened, 0, sizeof(Count));
+  void* memory = MAP_FAILED;
+  if (error == 0) {
+    memory = mmap(nullptr, sizeof(Count), PROT_READ | PROT_WRITE, MAP_SHARED, opened, 0);
+    if (memory == MAP_FAILED) error = errno;
+  }
   close(opened);
-  if (memory == MAP_FAILED) throw std::runtime_error(file.string() + " cannot be mapped");
+  if (error != 0)
+    throw std::runtime_error(file.string() + " cannot be made: " + std::system_category().message(error));
   count_ = std::launder(static_cast<Count*>(memory));
 }
 
