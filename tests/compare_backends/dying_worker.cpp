@@ -1,5 +1,6 @@
 #include <chrono>
 #include <cstdlib>
+#include <string>
 #include <thread>
 
 #include "touchstone/examples/compare_backends/run/workers/worker.hpp"
@@ -26,9 +27,13 @@ class Late final : public comparison::testing::PairByPair {
 
 }  // namespace
 
-// Offers the fakes; dies when it is asked for "dying", and answers "hanging" in an hour, "slow" in 0.1 s a
-// call.
+// Offers the fakes, with --start-late 1.2 s later; dies when it is asked for "dying", and answers "hanging"
+// in an hour, "slow" in 0.1 s a call.
 int main(int argc, char** argv) {
+  if (argc > 1 && std::string(argv[1]) == "--start-late") {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1200));
+    --argc, ++argv;
+  }
   return comparison::worker_main(argc, argv, [](BackendRegistry& registry) {
     comparison::testing::register_fakes(registry);
     const auto add = [&](std::string name, std::function<std::unique_ptr<Narrowphase>()> make) {

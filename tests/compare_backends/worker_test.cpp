@@ -82,6 +82,15 @@ TEST(Worker, AHangingOneIsEndedAndFailed) {
   EXPECT_EQ(answers[0].queries[0].status, std::vector<PairStatus>(2, PairStatus::failed));
 }
 
+// Its libraries are loaded, and its job is read, before the first sign.
+TEST(Worker, AStartOfSeveralLimitsIsNoHang) {
+  Worker worker = describe_worker(TEST_WORKER, {"--start-late"}, std::chrono::milliseconds(600));
+  ASSERT_EQ(worker.failure, "");
+  const std::vector<std::string> names = {"right"};
+  const auto answers = run_in_worker(worker, names, testing::cubes({0.5, -0.25}), quick());
+  EXPECT_EQ(answers.at(0).failure, "");
+}
+
 TEST(Worker, AnEngineThatTakesLongInAllIsNotAHangingOne) {
   Worker worker = describe_worker(TEST_WORKER);
   worker.backends = {{"slow", "a tenth of a second a call"}};
@@ -120,6 +129,16 @@ TEST(Patience, WhileThisProcessIsStoppedNobodyWaits) {
   EXPECT_FALSE(waiting.is_over_after(1, std::chrono::hours(1)));
   EXPECT_FALSE(waiting.is_over_after(20, std::chrono::milliseconds(5)));
   EXPECT_TRUE(waiting.is_over_after(20, std::chrono::milliseconds(5)));
+}
+
+TEST(Patience, AStartMayTakeFiveLimits) {
+  Waiting waiting;
+  EXPECT_EQ(waiting.patience.limit(), std::chrono::milliseconds(1500));
+  EXPECT_FALSE(waiting.is_over_after(300, std::chrono::milliseconds(5)));
+  waiting.signs.give();
+  EXPECT_FALSE(waiting.is_over_after(61, std::chrono::milliseconds(5)));
+  EXPECT_EQ(waiting.patience.limit(), std::chrono::milliseconds(300));
+  EXPECT_TRUE(waiting.is_over_after(1, std::chrono::milliseconds(5)));
 }
 
 TEST(Patience, EachSignStartsItAnew) {

@@ -124,8 +124,8 @@ void add_options(CLI::App& app, Options& options, RawOptions& raw) {
                  "(adapters/process_engine/README.md)");
   app.add_option(
          "--engine-limit", options.engine_limit,
-         "Seconds for which an engine may be silent before it counts as hanging (default: a command 2, "
-         "a plug-in 60)")
+         "Seconds for which an engine may be silent before it counts as hanging, five times that when it "
+         "starts (default: a command 2, a plug-in 60)")
       ->check(CLI::Range(0.1, 86400.0));
   // Cases: families, scenes, files.
   app.add_option("--families", options.families,

@@ -11,6 +11,8 @@
 #include <system_error>
 #include <utility>
 
+#include "touchstone/adapters/process_engine/process_engine.hpp"
+
 namespace touchstone::comparison {
 namespace {
 
@@ -70,15 +72,22 @@ bool Patience::is_over(Clock::time_point now) {
   const std::uint64_t count = signs_.count();
   waited_ = count == last_ ? waited_ + since : Clock::duration{};
   last_ = count;
-  return waited_ > limit_;
+  return waited_ > limit();
 }
+
+std::chrono::milliseconds Patience::limit() const { return last_ == 0 ? kLimitsOfAStart * limit_ : limit_; }
 
 SignsOfLife::~SignsOfLife() { munmap(count_, sizeof *count_); }
 
 BackendRegistry::NarrowphaseEntry watched(const BackendRegistry::NarrowphaseEntry& entry,
                                           SignsOfLife& signs) {
   BackendRegistry::NarrowphaseEntry out = entry;
-  out.make = [make = entry.make, &signs] { return std::make_unique<WatchedNarrowphase>(make(), signs); };
+  out.make = [make = entry.make, &signs] {
+    signs.give();
+    auto narrowphase = std::make_unique<WatchedNarrowphase>(make(), signs);
+    signs.give();
+    return narrowphase;
+  };
   return out;
 }
 

@@ -31,7 +31,8 @@ class SignsOfLife {
   std::atomic<std::uint64_t>* count_;
 };
 
-/// Whether the count of a process that is polled stands still for longer than a limit.
+/// Whether the count of a process that is polled stands still for longer than a limit; until the first sign
+/// kLimitsOfAStart of it are allowed, as engines as processes have them.
 class Patience {
  public:
   using Clock = std::chrono::steady_clock;
@@ -42,6 +43,8 @@ class Patience {
       : signs_(signs), limit_(limit), polled_(now) {}
   /// Polls, at `now`.
   bool is_over(Clock::time_point now);
+  /// What is allowed now.
+  std::chrono::milliseconds limit() const;
 
  private:
   const SignsOfLife& signs_;

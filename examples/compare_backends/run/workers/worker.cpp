@@ -96,7 +96,7 @@ std::string run_program(const Worker& worker, const fs::path& folder, std::vecto
       kill(process, SIGKILL);
       waitpid(process, &status, 0);
       return fmt::format("{} gave no answer within {:g} s", program.filename().string(),
-                         1e-3 * static_cast<double>(worker.time_limit.count()));
+                         1e-3 * static_cast<double>(patience.limit().count()));
     }
   } catch (...) {
     kill(process, SIGKILL);
@@ -190,12 +190,17 @@ int worker_main(int argc, char** argv, const std::function<void(BackendRegistry&
     if (arguments.size() == 4 && arguments[0] == "--run") {
       SignsOfLife signs(arguments[1]);
       const Job job = decode_job(read_file(arguments[2]));
+      signs.give();  // the start ends here
       std::deque<BackendRegistry::NarrowphaseEntry> named;
       std::vector<const BackendRegistry::NarrowphaseEntry*> entries;
       for (const std::string& name : job.backends)
         entries.push_back(&named.emplace_back(watched(registry.narrowphase(name), signs)));
-      write_file(arguments[3], encode_answers(run_backends(entries, job.set, job.options,
-                                                           [&signs](double) { signs.give(); })));
+      const std::vector<BackendAnswers> answers =
+          run_backends(entries, job.set, job.options, [&signs](double) { signs.give(); });
+      signs.give();
+      const std::string encoded = encode_answers(answers);
+      signs.give();
+      write_file(arguments[3], encoded);
       return 0;
     }
   } catch (const std::exception& error) {

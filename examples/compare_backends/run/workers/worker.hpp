@@ -23,7 +23,8 @@ struct Worker {
   std::vector<std::string> arguments;                         ///< before those of describing and running
   std::vector<std::pair<std::string, std::string>> backends;  ///< name and description
   std::string failure;
-  /// How long an engine may be busy with a call, or the worker with what is between calls.
+  /// How long an engine may be busy with a call, or the worker with what is between calls; five times that
+  /// until it has started and read its job (kLimitsOfAStart).
   std::chrono::milliseconds time_limit = kWorkerTimeLimit;
 
   bool offers(std::string_view name) const;
