@@ -82,6 +82,22 @@ TEST(Worker, AHangingOneIsEndedAndFailed) {
   EXPECT_EQ(answers[0].queries[0].status, std::vector<PairStatus>(2, PairStatus::failed));
 }
 
+TEST(Worker, AHangingOneIsNotAskedAgain) {
+  Worker worker = describe_worker(TEST_WORKER);
+  worker.time_limit = std::chrono::milliseconds(300);
+  const Worker copy = worker;
+  const PairSet set = testing::cubes({0.5, -0.25});
+  const std::vector<std::string> hanging = {"hanging"}, right = {"right"};
+  EXPECT_EQ(run_in_worker(worker, right, set, quick()).at(0).failure, "");
+  EXPECT_NE(run_in_worker(worker, hanging, set, quick()).at(0).failure, "");
+  const auto later = run_in_worker(copy, right, set, quick());
+  ASSERT_EQ(later.size(), 1u);
+  EXPECT_EQ(later[0].name, "right");
+  EXPECT_NE(later[0].failure.find("within 0.3 s in an earlier set; it is not asked again"), std::string::npos)
+      << later[0].failure;
+  EXPECT_EQ(later[0].queries[2].status, std::vector<PairStatus>(2, PairStatus::failed));
+}
+
 // Its libraries are loaded, and its job is read, before the first sign.
 TEST(Worker, AStartOfSeveralLimitsIsNoHang) {
   Worker worker = describe_worker(TEST_WORKER, {"--start-late"}, std::chrono::milliseconds(600));

@@ -63,7 +63,8 @@ void write_file(const fs::path& path, const std::string& bytes) {
   if (!stream) throw std::runtime_error(path.string() + " cannot be written: is the disk full?");
 }
 
-// Runs the program to its end, which gives signs of life in a file of `folder`. Returns "" or how it failed.
+// Runs the program to its end, which gives signs of life in a file of `folder`. Returns "" or how it failed;
+// a hang is noted in the worker, too.
 std::string run_program(const Worker& worker, const fs::path& folder, std::vector<std::string> arguments,
                         const Progress& progress) {
   const fs::path& program = worker.program;
@@ -95,8 +96,9 @@ std::string run_program(const Worker& worker, const fs::path& folder, std::vecto
       if (!patience.is_over(Patience::Clock::now())) continue;
       kill(process, SIGKILL);
       waitpid(process, &status, 0);
-      return fmt::format("{} gave no answer within {:g} s", program.filename().string(),
-                         1e-3 * static_cast<double>(patience.limit().count()));
+      *worker.hang = fmt::format("{} gave no answer within {:g} s", program.filename().string(),
+                                 1e-3 * static_cast<double>(patience.limit().count()));
+      return *worker.hang;
     }
   } catch (...) {
     kill(process, SIGKILL);
@@ -159,6 +161,8 @@ Worker describe_worker(const fs::path& program, const std::vector<std::string>& 
 std::vector<BackendAnswers> run_in_worker(const Worker& worker, std::span<const std::string> backends,
                                           const PairSet& set, const MeasureOptions& options,
                                           const Progress& progress) {
+  if (!worker.hang->empty())
+    return all_failed(worker, backends, set, *worker.hang + " in an earlier set; it is not asked again");
   const TemporaryFolder folder;
   const fs::path job = folder.path() / "job", answers = folder.path() / "answers";
   write_file(job, encode_job({{backends.begin(), backends.end()}, options, set}));

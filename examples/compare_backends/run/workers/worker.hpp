@@ -3,6 +3,7 @@
 #include <chrono>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,8 @@ struct Worker {
   /// How long an engine may be busy with a call, or the worker with what is between calls; five times that
   /// until it has started and read its job (kLimitsOfAStart).
   std::chrono::milliseconds time_limit = kWorkerTimeLimit;
+  /// How it hung, for all copies: from then on it is not run again. "": it did not. One thread at a time.
+  std::shared_ptr<std::string> hang = std::make_shared<std::string>();
 
   bool offers(std::string_view name) const;
 };
@@ -34,7 +37,8 @@ Worker describe_worker(const std::filesystem::path& program, const std::vector<s
                        std::chrono::milliseconds time_limit = kWorkerTimeLimit);
 
 /// As run_backends, in the worker. If it dies or hangs every case of these backends is `failed` and
-/// BackendAnswers::failure says how. `progress` is called (with 0) while it runs; what it throws ends the
+/// BackendAnswers::failure says how; after a hang all later calls fail at once, so that an engine costs one
+/// limit and not one a set. `progress` is called (with 0) while it runs; what it throws ends the
 /// worker first.
 std::vector<BackendAnswers> run_in_worker(const Worker& worker, std::span<const std::string> backends,
                                           const PairSet& set, const MeasureOptions& options,
