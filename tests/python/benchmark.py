@@ -67,15 +67,22 @@ class Process:
     """Answers parts of the batch in a process of its own."""
 
     def __init__(self, body):
+        if threading.active_count() > 1:
+            raise RuntimeError("a process with threads is not forked: their locks would stay held in the other one")
         self.here, there = multiprocessing.Pipe()
-        multiprocessing.get_context("fork").Process(target=self.serve, args=(there, body), daemon=True).start()
+        self.process = multiprocessing.get_context("fork").Process(target=self.serve, args=(there, body), daemon=True)
+        self.process.start()
 
     @staticmethod
     def serve(there, body):
-        while True:
-            for part in there.recv():
+        for parts in iter(there.recv, None):
+            for part in parts:
                 body(part)
             there.send(None)
+
+    def end(self):
+        self.here.send(None)
+        self.process.join()
 
 
 class Waiting:
@@ -84,13 +91,18 @@ class Waiting:
     def __init__(self, body):
         self.here, self.asked, self.done = self, queue.SimpleQueue(), queue.SimpleQueue()
         self.send, self.recv = self.asked.put, self.done.get
-        threading.Thread(target=self.serve, args=(body,), daemon=True).start()
+        self.thread = threading.Thread(target=self.serve, args=(body,), daemon=True)
+        self.thread.start()
 
     def serve(self, body):
-        while True:
-            for part in self.asked.get():
+        for parts in iter(self.asked.get, None):
+            for part in parts:
                 body(part)
             self.done.put(None)
+
+    def end(self):
+        self.send(None)
+        self.thread.join()
 
 
 def wall_of_waiting(others, parts):
@@ -135,6 +147,9 @@ def threads(repetitions, case):
         body = bodies["from Python"]
         one["from Python, started anew"].append(wall_of([lambda: (body(0), body(1))]))
         two["from Python, started anew"].append(wall_of([lambda: body(0), lambda: body(1)]))
+    for waiting in others.values():
+        for other in waiting:
+            other.end()
     for name in one:
         median = statistics.median(one[name]) / statistics.median(two[name])
         print(f"| {name}, {len(pairs)} pairs | {median:.2f} | {min(one[name]) / min(two[name]):.2f} |")
