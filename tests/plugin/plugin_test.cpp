@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "touchstone/adapters/plugin/engine_name.hpp"
+#include "touchstone/adapters/plugin/utf8.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/tests/support/ask.hpp"
 
@@ -66,6 +67,8 @@ TEST(Plugin, WhatIsNoTextBecomesOneLineOfIt) {
   EXPECT_EQ(engine_text("\xE9t\xC3"), "?t?");
   EXPECT_EQ(engine_text("\xC0\xAF\xED\xA0\x80\xF4\x90\x80\x80"), "?????????");
   EXPECT_EQ(engine_text(std::string(255, 'x') + "\xC3\xA9"), std::string(255, 'x'));
+  EXPECT_TRUE(is_utf8("") && is_utf8("caf\xC3\xA9 \xE2\x88\x9E \xF0\x9F\x9B\xB0"));
+  EXPECT_FALSE(is_utf8("caf\xE9") || is_utf8("caf\xC3") || is_utf8("\xED\xA0\x80"));
   BackendRegistry registry;
   register_plugin(registry, UNTIDY_PLUGIN);
   EXPECT_EQ(registry.narrowphase("bad").description, "two lines,  [31mred, caf?");

@@ -7,6 +7,7 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 
+#include "touchstone/adapters/plugin/utf8.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/program/files/json.hpp"
 #include "touchstone/examples/station/flight/bytes.hpp"

@@ -3,20 +3,10 @@
 #include <fmt/format.h>
 
 #include <cstdint>
-#include <nlohmann/json.hpp>
 
 #include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::station {
-
-bool is_utf8(const std::string& text) {
-  try {
-    const std::string written = nlohmann::json(text).dump();  // throws where it is none
-    return !written.empty();
-  } catch (const nlohmann::json::type_error&) {
-    return false;
-  }
-}
 
 std::string hex_of(std::string_view bytes) {
   std::string out;

@@ -15,8 +15,6 @@ void append(std::string& bytes, const T& value) {
   bytes.append(raw.data(), raw.size());
 }
 
-bool is_utf8(const std::string& text);
-
 /// In two hexadecimal digits a byte.
 std::string hex_of(std::string_view bytes);
 /// The bytes of hex_of(). @throws InputError: it is none.

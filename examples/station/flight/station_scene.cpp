@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
+#include "touchstone/adapters/plugin/utf8.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/quaternion.hpp"
 #include "touchstone/contact_core/input_error.hpp"
