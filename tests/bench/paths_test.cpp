@@ -8,6 +8,7 @@
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/quaternion.hpp"
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/bench/site/cell.hpp"
 #include "touchstone/examples/bench/site/path_pages.hpp"
 #include "touchstone/examples/compare_backends/judge/path_result.hpp"
 #include "touchstone/tests/support/program_test.hpp"
@@ -230,6 +231,21 @@ TEST_F(Swept, ASolidThatItRefusesIsNotTaken) {
 }
 
 // ---- the site's table
+
+TEST(CellText, AMissedTouchCostsNothing) {
+  const auto text = [](std::size_t missed, double worst) {
+    Cell cell;
+    cell.wrong.cases = 30;
+    cell.wrong.missed = missed;
+    cell.cost.worst = worst;
+    return text_of(cell);
+  };
+  EXPECT_EQ(text(3, 5e-324), "3 missed of 30; 0 S");
+  EXPECT_EQ(text(3, 0.0), "3 missed of 30; 0 S");  // over a large S
+  EXPECT_EQ(text(3, 2e-16), "3 missed of 30; 2e-16 S");
+  EXPECT_EQ(text(0, 0.0), "exact");
+  EXPECT_EQ(text(0, 2e-16), "2e-16 S");
+}
 
 TEST(PathSection, EveryEarlyStopIsCounted) {
   BenchResults results;

@@ -105,9 +105,9 @@ class SetPage {
     return "<figure>" + wireframe_plot(shown, {entry.engine}, false) +
            fmt::format(
                "<figcaption>{}: {}, {} m ({} S)<br><code>compare_backends --corpus {} --case {}</code>",
-               xml_text(answer.id), xml_text(answer.reason), format_error(answer.cost),
-               format_error(answer.cost / shown.posed.scale), xml_text(shell_word(corpus_.folder)),
-               xml_text(shell_word(answer.id))) +
+               xml_text(answer.id), xml_text(answer.reason), format_error(shown_cost(answer.cost)),
+               format_error(shown_cost(answer.cost / shown.posed.scale)),
+               xml_text(shell_word(corpus_.folder)), xml_text(shell_word(answer.id))) +
            table.str() + "</figcaption></figure>\n";
   }
 

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <limits>
+
 #include "touchstone/examples/program/terminal/text_table.hpp"
 
 namespace touchstone::comparison {
@@ -10,6 +13,8 @@ namespace {
 std::size_t hard_faults(const Wrongness& wrong) { return wrong.total() - wrong.undecided; }
 
 }  // namespace
+
+double shown_cost(double cost) { return std::abs(cost) < std::numeric_limits<double>::min() ? 0.0 : cost; }
 
 Grade grade(const Cell& cell) {
   if (cell.wrong.supported() == 0) return Grade::not_answered;
@@ -37,7 +42,8 @@ std::string text_of(const Cell& cell) {
   for (const auto& [count, name] : cell.wrong.kinds())
     if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", format_count(count), name);
   if (!text.empty()) text += fmt::format(" of {}; ", format_count(cell.wrong.supported()));
-  text += cell.cost.worst == 0 ? "exact" : fmt::format("{:.0e} S", cell.cost.worst);
+  const double worst = shown_cost(cell.cost.worst);
+  text += worst != 0 ? fmt::format("{:.0e} S", worst) : text.empty() ? "exact" : "0 S";
   if (cell.wrong.unsupported > 0) text += fmt::format(", {} not taken", format_count(cell.wrong.unsupported));
   return text;
 }

@@ -74,8 +74,8 @@ std::string reproduction_text(const Entry& entry, QueryKind query, const FiledAn
                  {"distance", fmt::format("{}", truth.separation)},
                  {"normal", text(truth.n_AB_W) + (truth.normal_unique ? "" : " (one of several)")},
                  {"answer", answer_text(answer)},
-                 {"cost", fmt::format("{:.3g}", answer.cost)},
-                 {"cost_over_scale", fmt::format("{:.3g}", answer.cost / posed.scale)},
+                 {"cost", fmt::format("{:.3g}", shown_cost(answer.cost))},
+                 {"cost_over_scale", fmt::format("{:.3g}", shown_cost(answer.cost / posed.scale))},
                  {"file", file}});
 }
 
