@@ -11,7 +11,7 @@ using namespace touchstone;
 namespace {
 
 /// Answers `separated` after a while.
-class Late final : public comparison::testing::PairByPair {
+class Late final : public measures::testing::PairByPair {
  public:
   Late(std::string name, std::chrono::milliseconds a_call)
       : PairByPair(std::move(name), Capabilities{}), a_call_(a_call) {}
@@ -35,7 +35,7 @@ int main(int argc, char** argv) {
     --argc, ++argv;
   }
   return comparison::worker_main(argc, argv, [](BackendRegistry& registry) {
-    comparison::testing::register_fakes(registry);
+    measures::testing::register_fakes(registry);
     const auto add = [&](std::string name, std::function<std::unique_ptr<Narrowphase>()> make) {
       registry.add(BackendRegistry::NarrowphaseEntry{std::move(name), "of these tests", std::move(make), {}});
     };
