@@ -158,11 +158,21 @@ TEST(ProcessEngine, OneThatNeverAnswersIsGivenUpInAllWorkspaces) {
     EXPECT_EQ(first_status(bad), PairStatus::failed);
     EXPECT_EQ(first_status(good), PairStatus::separated);
   }
+  const auto of_before = narrowphase->make_workspace();
+  Answers answers;
+  const auto answers_still = [&] {
+    evaluate(*narrowphase, good, row.poses, {.kind = QueryKind::distance}, *of_before, answers);
+    return answers.status[0] == PairStatus::separated;
+  };
+  EXPECT_TRUE(answers_still());
   for (int i = 0; i < 4; ++i) EXPECT_EQ(first_status(bad), PairStatus::failed);
   told.clear();
   EXPECT_EQ(first_status(good), PairStatus::failed);
   EXPECT_THAT(told, ElementsAre(HasSubstr("given up after 8 failures in a row without an answer, in all "
                                           "workspaces; 60 pairs here")));
+  // For good, though a process that runs goes on.
+  EXPECT_TRUE(answers_still());
+  EXPECT_EQ(first_status(good), PairStatus::failed);
 }
 
 // All are started before the first answers, which is twice as often as may be in vain.
