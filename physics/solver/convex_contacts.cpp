@@ -248,13 +248,18 @@ double ConvexContacts::judge(std::span<double> x) {
 }
 
 /// The soft answer around 0, which is the anchor from then on. @param is_proven that the contacts contradict
-/// each other, lately. @param most_steps 0: others may follow. @return whether they do so still, or no work
-/// is left for others, or none may follow: then it is the best.
+/// each other, lately. @param most_steps Newton steps; the answer is then the best, whatever it proves. 0: as
+/// many as a round takes, and other answers may follow. @return whether the answer is the best: as
+/// `most_steps` says, as it proves a contradiction, or as no work is left for another.
 bool ConvexContacts::soften(double tolerance, bool is_proven, WorkBudget& budget, int most_steps) {
   set_softness(kSoftAnswer);
   std::fill(anchor_.begin(), anchor_.end(), 0.0);
   const Outcome outcome = minimise(tolerance, budget, most_steps > 0 ? most_steps : kMostSteps);
-  if (outcome == Outcome::stuck) return false;
+  if (outcome == Outcome::stuck) {
+    if (most_steps == 0) return false;
+    // The last step's impulses may press without end: none are the answer.
+    std::fill(impulses_.begin(), impulses_.end(), 0.0);
+  }
   anchor_ = outcome == Outcome::solved ? gamma_ : impulses_;
   // Where the work ends here it is the best there is: other answers may press without end.
   const bool is_last = most_steps > 0 || (outcome == Outcome::spent && budget.is_spent());
@@ -264,6 +269,7 @@ bool ConvexContacts::soften(double tolerance, bool is_proven, WorkBudget& budget
   report_.is_contradictory =
       report_.is_certain || (is_solved && is_proven && proves_contradiction(anchor_, kNoWayOutStill));
   if (!report_.is_contradictory && !is_last) return false;
+  report_.is_undecided = !is_solved;
   best_ = anchor_;
   report_.residual = judge(best_);
   return true;
@@ -306,7 +312,7 @@ ConvexReport ConvexContacts::solve(const SparseContacts& problem, std::span<doub
   // The soft answer comes first where a contradiction is likely.
   if (first != Softness::last && !is_over && presses_on_commands()) {
     find_slips();
-    is_over = soften(tolerance, first == Softness::first, budget, most_soft_steps) || most_soft_steps > 0;
+    is_over = soften(tolerance, first == Softness::first, budget, most_soft_steps);
   }
   if (!is_over) {
     // Without contradiction the given start serves better than the soft answer; with it, that goes on to

@@ -66,6 +66,8 @@ struct ConvexReport {
   /// That was proven during the solve: impulses press against commands and move nothing (Farkas). True alone
   /// where the work ended before the soft answer was found.
   bool is_certain = false;
+  /// The result is a soft answer that did not come to its end: of a contradiction nothing new is known.
+  bool is_undecided = false;
 };
 
 /// Solves contact problems by convex ones that always have one solution. Around impulses x_k and for slips s

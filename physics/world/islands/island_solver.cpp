@@ -386,11 +386,11 @@ SolveReport IslandSolver::solve_convex(const Island& island, bool is_refined, bo
   step.report.contradictory += convex.is_contradictory ? 1 : 0;
   for (const std::uint32_t unit : islands_.units_of(island)) {
     std::uint8_t& left = contradicted_[unit];
-    if (!convex.is_contradictory)
-      left = 0;
-    else if (left == 0 || convex.is_certain)
+    if (convex.is_certain || (convex.is_contradictory && left == 0))
       left = kSoftSolves;
-    else
+    else if (!convex.is_contradictory && !convex.is_undecided)
+      left = 0;
+    else if (left > 0)
       --left;
   }
   if (!solved.converged && step.budget.is_spent()) step.report.is_work_spent = true;

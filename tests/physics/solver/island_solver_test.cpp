@@ -13,6 +13,7 @@
 #include "touchstone/contact_core/geometry/matrix3.hpp"
 #include "touchstone/physics/bodies/inertia.hpp"
 #include "touchstone/physics/solver/cholesky.hpp"
+#include "touchstone/physics/solver/convex_contacts.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
 
 using namespace touchstone;
@@ -89,9 +90,11 @@ struct Solver {
   DynamicsWorld::Settings settings;
   IslandSolver solver{settings.solver};
 
-  StepReport solve(ContactRows& rows, double h = kStep, bool is_parted = false) {
+  StepReport solve(ContactRows& rows, double h = kStep, bool is_parted = false,
+                   double work = WorkBudget::kNoEnd) {
     StepContext step{settings, h, {}};
     step.is_parted = is_parted;
+    step.budget.start(work);
     solver.keep(rows.units.size());
     solver.solve(rows, step);
     return step.report;
@@ -207,6 +210,45 @@ TEST(IslandSolver, ContradictoryContactsYield) {
   EXPECT_NEAR(group.rows.x[0], group.rows.x[3], 1e-6 * group.rows.x[0]);  // from both sides alike
   EXPECT_GT(group.rows.x[0], 1.0);
   EXPECT_EQ(solver.solve(group.rows).sweeps, 0u);
+}
+
+/// A soft answer whose work ends says nothing: what was proven before still holds.
+TEST(IslandSolver, ContradictionsAreNotForgottenWhereWorkEnds) {
+  Rows group;
+  const std::uint32_t cube = group.add_cube(1.0);
+  group.add_contact(kNoUnit, cube, {1, 0, 0}, {0, 0, 0}, {-0.5, 0, 0}, {-1, 0, 0}, 0.5);
+  group.add_contact(kNoUnit, cube, {-1, 0, 0}, {0, 0, 0}, {0.5, 0, 0}, {1, 0, 0}, 0.5);
+  group.rows.commanded = {-1.0, -1.0};
+  Solver solver;
+  EXPECT_EQ(solver.solve(group.rows).contradictory, 1u);
+  std::fill(group.rows.x.begin(), group.rows.x.end(), 0.0);
+  EXPECT_EQ(solver.solve(group.rows, kStep, true, 1.0).contradictory, 0u);
+  EXPECT_TRUE(solver.solver.is_contradicted(group.rows.members));
+  // Solved ones do: these walls part.
+  for (double& b : group.rows.b) b = std::abs(b);
+  group.rows.b[0] = -1e-3, group.rows.commanded = {-1e-3, 1.0};
+  EXPECT_EQ(solver.solve(group.rows).unconverged, 0u);
+  EXPECT_FALSE(solver.solver.is_contradicted(group.rows.members));
+}
+
+/// Where not even one Newton step can be made, of a matrix that is none of masses, nothing presses.
+TEST(ConvexContacts, ASoftAnswerThatIsStuckIsNone) {
+  constexpr std::uint32_t kSizes[] = {3};
+  constexpr double kMasses[] = {-1e9, 0, 0, 0, -1e9, 0, 0, 0, -1e9};
+  constexpr double kUnits[] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, kFriction[] = {0.5}, kB[] = {-1, 0, 0};
+  constexpr double kCommanded[] = {-1};
+  const SparseContacts::Row rows[] = {{{0, 0}, {0, 0}, 1}, {{0, 0}, {3, 0}, 1}, {{0, 0}, {6, 0}, 1}};
+  SparseContacts problem;
+  problem.sizes = kSizes, problem.masses = kMasses, problem.contacts = 1, problem.friction = kFriction;
+  problem.rows = rows, problem.J = problem.Y = kUnits, problem.b = kB, problem.commanded = kCommanded;
+  ConvexContacts solver;
+  double x[] = {0.5, 0, 0};
+  WorkBudget budget;
+  const ConvexReport report = solver.solve(problem, x, 1e-9, budget, ConvexContacts::Softness::first, 4);
+  for (const double impulse : x) EXPECT_EQ(impulse, 0.0);
+  EXPECT_EQ(report.residual, 1.0);
+  EXPECT_TRUE(report.is_undecided);
+  EXPECT_FALSE(report.converged);
 }
 
 /// A wall that comes at 1 m/s presses a cube against one that leans away: in a wedge of one in three it is
