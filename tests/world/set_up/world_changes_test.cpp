@@ -285,10 +285,48 @@ TEST(WorldChanges, OfArmsWarnDistancesAndResetsBuildNothingAnew) {
   EXPECT_EQ(*builds, 1);
 }
 
+/// The native one, and how many objects it was told to have moved.
+class CountsMoved final : public Broadphase {
+ public:
+  explicit CountsMoved(std::shared_ptr<std::size_t> moved) : moved_(std::move(moved)) {
+    BackendRegistry registry;
+    register_broadphases(registry);
+    native_ = registry.make_broadphase("native");
+  }
+  std::string_view name() const noexcept override { return "counts_moved"; }
+  void build(const BroadphaseInput& input) override { native_->build(input); }
+  void update(std::span<const Pose> poses, std::span<const std::uint32_t> moved) noexcept override {
+    *moved_ += moved.size();
+    native_->update(poses, moved);
+  }
+  bool update_paths(const SolidPaths& paths, std::span<const std::uint32_t> moved) noexcept override {
+    *moved_ += moved.size();
+    return native_->update_paths(paths, moved);
+  }
+  bool set_object(std::uint32_t object, const HexahedronTree* tree, bool is_static) override {
+    return native_->set_object(object, tree, is_static);
+  }
+  bool find_partners(SolidIndex solid, std::vector<SolidIndex>& out) noexcept override {
+    return native_->find_partners(solid, out);
+  }
+  bool find_moved_pairs(std::vector<SolidPair>& out) noexcept override {
+    return native_->find_moved_pairs(out);
+  }
+  std::size_t find_pairs(PairCursor& cursor, std::span<SolidPair> block) noexcept override {
+    return native_->find_pairs(cursor, block);
+  }
+
+ private:
+  std::unique_ptr<Broadphase> native_;
+  std::shared_ptr<std::size_t> moved_;
+};
+
 // Of many objects the few that moved stand where they began, what they touched is told anew, and what was
 // carried is free.
 TEST(WorldChanges, OfResetsTouchWhatMoved) {
+  const auto moved = std::make_shared<std::size_t>(0);
   const auto world = make_world();
+  world->set_broadphase(std::make_unique<CountsMoved>(moved));
   world->set_default_rule(rule(ContactPolicy::slide));
   std::vector<ObjectHandle> boxes;
   for (int i = 0; i < 200; ++i)
@@ -303,7 +341,10 @@ TEST(WorldChanges, OfResetsTouchWhatMoved) {
     world->frame({});
     world->reset();
     EXPECT_TRUE(world->solid_poses(boxes[0]).empty());
+    *moved = 0;
     EXPECT_TRUE(world->frame({}).events.empty()) << run;
+    EXPECT_GE(*moved, 1u) << run;
+    EXPECT_LE(*moved, 3u) << run;  // the one that moved, and the two that were latched
     EXPECT_EQ(world->actual_pose(boxes[3]).p, Vector3(1.2 * 3, 0, 0));
     EXPECT_EQ(world->solid_poses(boxes[3])[0].p, Vector3(1.2 * 3, 0, 0));
     EXPECT_NO_THROW(world->latch(boxes[5], boxes[6]));
