@@ -27,9 +27,8 @@
 /// frame() neither throws nor, once warm, allocates; set-up is taken up by the next prepare() or, where it
 /// was left out, frame().
 /// Where memory ends (std::bad_alloc), add(), add_mechanism(), remove(), remove_mechanism(), exempt(),
-/// unexempt(), latch() and unlatch() did nothing; reset() needs no memory. Setting a rule, and
-/// prepare(), may have done a part: call them again. A frame() that throws as it takes up set-up has not
-/// begun.
+/// unexempt(), latch() and unlatch() did nothing; reset() needs no memory. Calls that set a rule, and
+/// prepare(), may have done a part: repeat them. A frame() that throws as it takes up set-up has not begun.
 
 namespace touchstone {
 

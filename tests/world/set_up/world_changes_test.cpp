@@ -484,6 +484,29 @@ TEST(WorldChanges, TakeUpSetUpAnewWhereMemoryEnded) {
   }
 }
 
+TEST(WorldChanges, ResetsNeedNoMemory) {
+  const auto world = make_world();
+  std::vector<ObjectHandle> boxes;
+  for (int i = 0; i < 100; ++i)
+    boxes.push_back(world->add({box_tree("box " + std::to_string(i), {1, 1, 1}), at(2 * i, 9, 0)}));
+  const MechanismHandle arm = world->add_mechanism({make_arm("arm", 3)});
+  for (int i = 0; i < 40; i += 2)
+    world->latch(boxes[i], boxes[i + 1], {{boxes[i], boxes[90]}, {boxes[i + 1], boxes[90]}});
+  world->frame({});
+  move_joints(*world, arm, {0.5, 0.5, 0.5});
+  const MotionCommand command = world->move_by(boxes[50], {0.5, 0, 0}, {0, 0, 0});
+  world->frame({&command, 1});
+  for (const ObjectHandle box : boxes) world->select({SelectionChange::Scope::object, false, box});
+  {
+    const FailingAllocation failing(0, FailingAllocation::Fails::all);
+    world->reset();
+  }
+  world->frame({});
+  EXPECT_EQ(joints_of(*world, arm), (std::vector<double>{0, 0, 0}));
+  EXPECT_EQ(world->solid_poses(boxes[50])[0].p, Vector3(100, 9, 0));
+  EXPECT_NO_THROW(world->latch(boxes[1], boxes[0]));
+}
+
 // An arm that is refused, here as a link's name is taken, leaves no group.
 TEST(WorldChanges, RefusedArmsLeaveNoGroups) {
   const auto world = make_world();
