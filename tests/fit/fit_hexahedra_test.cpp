@@ -526,6 +526,20 @@ TEST(Sectors, AreOfShellsThatGoAllAround) {
   }
 }
 
+// A region in a bore that touches no wall of it: eight sectors' chords go 3.8 mm into the bore, and through
+// that.
+TEST(Sectors, KeepToARegionInTheBore) {
+  const TriangleMesh tube = tube_mesh(0.05, 0.1, 0.05, 64);
+  const Bounds in_bore = {Vector3(0.045, -0.002, 0.0), Vector3(0.0495, 0.002, 0.05)};
+  EXPECT_TRUE(has_ring(tube, 5e-3));
+  EXPECT_FALSE(has_ring(tube, 5e-3, {{in_bore, 2e-4}}));
+  FitOptions options = within(5e-3);
+  options.regions.push_back({"bore", in_bore, 2e-4});
+  const Fit fit = fit_hexahedra(tube, options);
+  EXPECT_LE(fit.region_excess[0], 2e-4);
+  EXPECT_LE(fit.excess, 5e-3);
+}
+
 // Solids are cut along walls that face the axes, and along their straight edges they are not cut finer: a
 // tenth of the error takes hardly more pieces.
 TEST(Cells, StraightEdgesCostNoMoreWhereTheErrorIsSmaller) {

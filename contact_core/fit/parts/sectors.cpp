@@ -10,8 +10,9 @@
 namespace touchstone::fit {
 namespace {
 
-constexpr double kNear = 1e-3;  // of the radius, as round parts have it
-constexpr int kFewest = 6;      // a bore that so few go around is as well left to other hexahedra
+constexpr double kNear = 1e-3;      // of the radius, as round parts have it
+constexpr int kFewest = 6;          // a bore that so few go around is as well left to other hexahedra
+constexpr double kRounding = 1e-9;  // of a limit that a count of sectors was chosen by
 const double kTurn = 2.0 * std::acos(-1.0);
 
 bool is_about(const RoundPart& part, const RoundPart& bore) {
@@ -149,6 +150,26 @@ Vector3 Sectors::middle(int i) const {
   return std::cos(angle) * bore.start + std::sin(angle) * cross(bore.axis, bore.start);
 }
 
+std::vector<Polygon> Sectors::surface(const TriangleMesh& mesh) const {
+  std::vector<Polygon> polygons;
+  for (const std::uint32_t t : shell) {
+    const auto& corners = mesh.triangles[t];
+    polygons.push_back({mesh.vertices[corners[0]], mesh.vertices[corners[1]], mesh.vertices[corners[2]]});
+  }
+  return polygons;
+}
+
+std::vector<Polygon> Sectors::part_of(const std::vector<Polygon>& polygons, int i) const {
+  return parts_of(parts_of(polygons, border(i), 1.0), border((i + 1) % count), -1.0);
+}
+
+SixPlanes Sectors::about(int i, std::span<const Vector3> points) const {
+  const Vector3 out = middle(i);
+  return enclosing(std::array<Vector3, 6>{-out, out, -border(i).normal, border((i + 1) % count).normal,
+                                          -bore.axis, bore.axis},
+                   points);
+}
+
 bool Sectors::touches(const Vector3& low, const Vector3& high) const {
   const double most = std::max(outer, 1.5 * bore.radius);
   const Vector3 middle = 0.5 * (low + high), off = middle - bore.foot;
@@ -163,6 +184,26 @@ bool Sectors::is_ring(double over) const {
 
 namespace {
 
+// Whether a hexahedron a sector keeps to what is allowed: then there is a cover of such. Where they are fewer
+// than the facets they go into the bore and beyond the outer wall, at places that are on neither.
+bool has_cover(const TriangleMesh& mesh, const Sectors& ring, const AllowedSpace& allowed) {
+  const double cosine = std::cos(0.5 * kTurn / ring.count);
+  const double beyond = ring.count == ring.bore.facets
+                            ? 0.0
+                            : std::max(ring.bore.radius * (1.0 - cosine), ring.outer * (1.0 / cosine - 1.0));
+  const std::vector<Polygon> surface = ring.surface(mesh);
+  for (int i = 0; i < ring.count; ++i) {
+    std::vector<Vector3> points;
+    for (const Polygon& part : ring.part_of(surface, i))
+      points.insert(points.end(), part.begin(), part.end());
+    if (points.empty()) return false;
+    const SixPlanes solid = ring.about(i, points);
+    if (!allowed.allows_samples(solid) || beyond > (1.0 + kRounding) * allowed.least_limit(solid.corners()))
+      return false;
+  }
+  return true;
+}
+
 // Of a closed shell that is a ring, with as many sectors as the least that is asked on its walls takes.
 std::optional<Sectors> ring_about(const MeshDistance& mesh, const RoundPart& bore,
                                   std::span<const RoundPart> parts, const AllowedSpace& allowed, int most) {
@@ -173,7 +214,7 @@ std::optional<Sectors> ring_about(const MeshDistance& mesh, const RoundPart& bor
                  outer = limit_on(mesh.mesh(), ring.shell, part, allowed);
     if (!ring.is_ring(std::min(inner, outer))) continue;  // without a shell, too
     ring.count = whole_part(std::max(fewest(bore, inner), fewest(part, outer)), bore.facets);
-    if (ring.count <= most) return ring;
+    if (ring.count <= most && has_cover(mesh.mesh(), ring, allowed)) return ring;
   }
   return std::nullopt;
 }

@@ -6,6 +6,7 @@
 
 #include "touchstone/contact_core/fit/round_parts.hpp"
 #include "touchstone/contact_core/fit/space/allowed_space.hpp"
+#include "touchstone/contact_core/fit/space/six_planes.hpp"
 
 // Private to contact_core/fit.
 
@@ -31,6 +32,12 @@ struct Sectors {
   /// cover.
   bool is_ring(double over) const;
   bool has_shell() const { return !shell.empty(); }
+  /// The shell's triangles.
+  std::vector<Polygon> surface(const TriangleMesh& mesh) const;
+  /// What of the polygons is in sector i.
+  std::vector<Polygon> part_of(const std::vector<Polygon>& polygons, int i) const;
+  /// The hexahedron of sector i about points of it.
+  SixPlanes about(int i, std::span<const Vector3> points) const;
 };
 
 /// Times an error: what is thicker in every direction gains nothing of hexahedra that go beyond it.

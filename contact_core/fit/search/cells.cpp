@@ -47,10 +47,6 @@ Polygon clipped(const Polygon& polygon, Eigen::Index axis, double at, double sig
   return kept;
 }
 
-std::vector<Polygon> between(const std::vector<Polygon>& polygons, const Plane& from, const Plane& to) {
-  return parts_of(parts_of(polygons, from, 1.0), to, -1.0);
-}
-
 Vector3 corner_of(const Vector3& low, const Vector3& high, int i) {
   return {(i & 4) != 0 ? high.x() : low.x(), (i & 2) != 0 ? high.y() : low.y(),
           (i & 1) != 0 ? high.z() : low.z()};
@@ -139,14 +135,11 @@ class CellBuilder {
 
   /// Cells of each sector's part of its shell, cut across the axis too.
   void add_ring(const TriangleMesh& mesh, const Sectors& sectors, std::uint32_t index) {
-    std::vector<Polygon> shell;
-    for (const std::uint32_t t : sectors.shell)
-      shell.push_back({mesh.vertices[mesh.triangles[t][0]], mesh.vertices[mesh.triangles[t][1]],
-                       mesh.vertices[mesh.triangles[t][2]]});
+    const std::vector<Polygon> shell = sectors.surface(mesh);
     const double pieces = std::ceil(std::min(sectors.bore.length / largest_, kPieces));
     const double foot = dot(sectors.bore.axis, sectors.bore.foot);
     for (int i = 0; i < sectors.count; ++i) {
-      std::vector<Polygon> rest = between(shell, sectors.border(i), sectors.border((i + 1) % sectors.count));
+      std::vector<Polygon> rest = sectors.part_of(shell, i);
       for (double piece = 1.0; piece <= pieces; piece += 1.0) {
         const Plane end = {sectors.bore.axis, -(foot + piece / pieces * sectors.bore.length)};
         const std::vector<Polygon> part = piece < pieces ? parts_of(rest, end, -1.0) : rest;
@@ -290,12 +283,12 @@ class CellBuilder {
       const Plane from = sectors.border(i), to = sectors.border((i + 1) % sectors.count);
       if (is_beyond(low, high, from, 1.0) || is_beyond(low, high, to, -1.0)) continue;
       std::vector<Vector3> corners;
-      for (const Polygon& face : between(faces, from, to))
+      for (const Polygon& face : sectors.part_of(faces, i))
         corners.insert(corners.end(), face.begin(), face.end());
       if (corners.empty()) continue;
       std::sort(corners.begin(), corners.end(), ByCoordinates());
       corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
-      const std::vector<Polygon> part = between(polygons, from, to);
+      const std::vector<Polygon> part = sectors.part_of(polygons, i);
       Vector3 middle = Vector3::Zero();
       for (const Vector3& p : corners) middle += p / static_cast<double>(corners.size());
       if (!part.empty() || mesh_.is_inside(middle)) add(corners, part);

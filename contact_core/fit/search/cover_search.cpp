@@ -318,35 +318,13 @@ void CoverSearch::grow_from(std::size_t cell) {
   add(candidate(box));
 }
 
-// A hexahedron's points in a lattice: its proof looks at the others.
-bool CoverSearch::allows_samples(const SixPlanes& solid) const {
-  constexpr int kSteps = 6;
-  if (!solid.is_hexahedron() || space_.holds_forbidden(solid)) return false;
-  const std::array<Vector3, 8> corners = solid.corners();
-  for (int i = 0; i <= kSteps; ++i)
-    for (int j = 0; j <= kSteps; ++j)
-      for (int k = 0; k <= kSteps; ++k) {
-        const std::array<double, 3> at = {1.0 * i / kSteps, 1.0 * j / kSteps, 1.0 * k / kSteps};
-        Vector3 p = Vector3::Zero();
-        for (int c = 0; c < 8; ++c)
-          p += ((c & 4) != 0 ? at[0] : 1.0 - at[0]) * ((c & 2) != 0 ? at[1] : 1.0 - at[1]) *
-               ((c & 1) != 0 ? at[2] : 1.0 - at[2]) * corners[c];
-        if (!space_.allows(p)) return false;
-      }
-  return true;
-}
-
 // The hexahedron about a sector's points, or what grows outwards of that.
 bool CoverSearch::grow_sector(const Sectors& sectors, int sector, std::span<const Vector3> points) {
   constexpr std::array<std::array<int, 3>, 2> kOutwards = {{{4, 5, 1}, {1, 4, 5}}};
   const double slack = 1e-9 * mesh_.bounds().diagonal();
-  const Vector3 out = sectors.middle(sector);
-  SixPlanes start = enclosing(
-      Normals{-out, out, -sectors.border(sector).normal, sectors.border((sector + 1) % sectors.count).normal,
-              -sectors.bore.axis, sectors.bore.axis},
-      points);
+  SixPlanes start = sectors.about(sector, points);
   for (Plane& plane : start.planes) plane.offset -= slack;
-  if ((sectors.has_shell() || sectors.is_ring(over_)) && allows_samples(start)) {
+  if ((sectors.has_shell() || sectors.is_ring(over_)) && space_.allows_samples(start)) {
     Candidate whole = candidate(start);
     if (sectors.is_ring(over_)) cover(settled_, whole);
     add(std::move(whole));

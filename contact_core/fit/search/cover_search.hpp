@@ -64,7 +64,6 @@ class CoverSearch {
 
   void grow_from(std::size_t cell);
   bool grow_prism(std::size_t cell);
-  bool allows_samples(const SixPlanes& solid) const;
   std::vector<Window> windows(std::size_t cell, double limit) const;
   std::vector<Vector3> points_of(std::uint32_t prism, const Window& strips, std::size_t first_piece,
                                  std::size_t last_piece) const;

@@ -417,6 +417,23 @@ bool AllowedSpace::allows(const Vector3& p) const {
   return mesh_.is_near(p, limit_at(p)) || mesh_.is_inside(p);
 }
 
+bool AllowedSpace::allows_samples(const SixPlanes& solid) const {
+  constexpr int kSteps = 6;
+  if (!solid.is_hexahedron() || holds_forbidden(solid)) return false;
+  const std::array<Vector3, 8> corners = solid.corners();
+  for (int i = 0; i <= kSteps; ++i)
+    for (int j = 0; j <= kSteps; ++j)
+      for (int k = 0; k <= kSteps; ++k) {
+        const std::array<double, 3> at = {1.0 * i / kSteps, 1.0 * j / kSteps, 1.0 * k / kSteps};
+        Vector3 p = Vector3::Zero();
+        for (int c = 0; c < 8; ++c)
+          p += ((c & 4) != 0 ? at[0] : 1.0 - at[0]) * ((c & 2) != 0 ? at[1] : 1.0 - at[1]) *
+               ((c & 1) != 0 ? at[2] : 1.0 - at[2]) * corners[c];
+        if (!allows(p)) return false;
+      }
+  return true;
+}
+
 bool AllowedSpace::allows(const SixPlanes& solid) {
   for (const Vector3& corner : solid.corners())
     if (!allows(corner)) return false;

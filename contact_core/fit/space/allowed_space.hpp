@@ -52,6 +52,8 @@ class AllowedSpace {
   bool allows(const Vector3& p) const;
   /// Whether the hexahedron keeps to what is allowed.
   bool allows(const SixPlanes& solid);
+  /// The same of a lattice of its points, which a void between may go through: a proof looks at the others.
+  bool allows_samples(const SixPlanes& solid) const;
   /// Cells looked at so far: what queries cost, the same on every machine.
   std::uint64_t visits() const { return visits_; }
   /// From now on this point is not allowed.
