@@ -205,22 +205,52 @@ constexpr double kVisitsARepair = 1.25e6;  // that a try may take on average for
 constexpr std::size_t kAny = static_cast<std::size_t>(-1);  // number of hexahedra
 constexpr std::array<double, 3> kSmallerShares = {0.9, 0.8, 0.65};
 
+// What searches took, and what they did with parts.
+struct Record {
+  std::uint64_t visits = 0;
+  std::vector<std::uint32_t> rings;  // bores that had one, by index; some twice
+  std::vector<std::uint32_t> uncovered_rings, uncovered_prisms;
+
+  bool has_uncovered() const { return !uncovered_rings.empty() || !uncovered_prisms.empty(); }
+};
+
 // The parts of a mesh that have a cover of a known form.
 struct Parts {
   std::vector<RoundPart> rounds;
   std::vector<Prism> prisms;
+  std::vector<std::uint32_t> no_rings = {};  // bores whose shells are cut by boxes
+
+  // Leaves those to boxes of which no cover was found, or all where none is named. @return whether there were
+  bool leave_to_boxes(const Record& record) {
+    if (prisms.empty() && record.rings.empty()) return false;
+    const std::vector<std::uint32_t>& rings = record.has_uncovered() ? record.uncovered_rings : record.rings;
+    no_rings.insert(no_rings.end(), rings.begin(), rings.end());
+    if (!record.has_uncovered()) {
+      prisms.clear();
+      return true;
+    }
+    // Steps of one shell go together.
+    std::vector<std::uint32_t> shells;
+    for (const std::uint32_t i : record.uncovered_prisms) shells.push_back(prisms[i].triangles.front());
+    std::erase_if(prisms, [&](const Prism& prism) {
+      return std::find(shells.begin(), shells.end(), prism.triangles.front()) != shells.end();
+    });
+    return true;
+  }
 };
 
 // Nothing where more than `most` hexahedra are found: these are not measured.
 std::optional<Fit> fit_within(const View& view, const Parts& parts, const FitOptions& options,
-                              const Start& start, std::size_t most, std::uint64_t& visits) {
+                              const Start& start, std::size_t most, Record& record) {
+  // The solid is cut, its parts by themselves.
   const MeshDistance& mesh = view.turned;
   const double share = start.share;
   const std::vector<LimitBox> boxes = limit_boxes(options, share, view.turning());
   AllowedSpace space(mesh, share * options.over, boxes);
   if (options.progress) options.progress("cut", 0.0);
-  const std::vector<Sectors> sectors = fit::sectors_about_bores(mesh, parts.rounds, space);
+  const std::vector<Sectors> sectors = fit::sectors_about_bores(mesh, parts.rounds, space, parts.no_rings);
   const Cells cells(mesh, space, share * options.over, sectors, start.shift, parts.prisms);
+  // A cover of all pieces is looked for.
   fit::SearchEffort effort;
   effort.repairs = options.repairs;
   const std::function<void(double)> progress = [&](double done) {
@@ -231,7 +261,13 @@ std::optional<Fit> fit_within(const View& view, const Parts& parts, const FitOpt
   Measures measures(view, options, parts.prisms);
   const std::vector<SixPlanes> solids = search.run(
       options.over / 64.0, margin, [&](const SixPlanes& solid) { return measures.refused(solid); });
-  visits += space.visits();
+  // It is measured.
+  record.visits += space.visits();
+  record.uncovered_prisms.insert(record.uncovered_prisms.end(), search.uncovered().prisms.begin(),
+                                 search.uncovered().prisms.end());
+  for (const std::uint32_t i : search.uncovered().rings) record.uncovered_rings.push_back(sectors[i].part);
+  for (const Sectors& each : sectors)
+    if (each.has_shell()) record.rings.push_back(each.part);
   if (solids.size() > most) return std::nullopt;
   Fit fit = measures.fit(solids);
   fit.pieces = cells.size();
@@ -243,24 +279,36 @@ bool is_better(const Fit& fit, const Fit& than) {
   return fit.excess < than.excess;
 }
 
-Fit fit_in(const View& view, const FitOptions& options) {
-  const std::vector<LimitBox> boxes = limit_boxes(options, 1.0, view.turning());
-  const Parts parts = {find_round_parts(view.turned), fit::find_prisms(view.turned, options.over, boxes)};
+// The best of some tries; of none of these, what keeps to all with less to spend.
+std::optional<Fit> best_of_tries(const View& view, const Parts& parts, const FitOptions& options,
+                                 Record& record) {
   const double budget = kVisitsARepair * options.repairs * options.tries;
   std::optional<Fit> best;
-  std::uint64_t visits = 0;
   for (int i = 0; i < options.tries; ++i) {
     // Another try takes what the tries so far took on average.
-    if (best && static_cast<double>(visits) * (i + 1) / i > budget) break;
+    if (best && static_cast<double>(record.visits) * (i + 1) / i > budget) break;
     std::optional<Fit> fit = fit_within(view, parts, options, kStarts[i % kStarts.size()],
-                                        best ? best->hexahedra.size() : kAny, visits);
+                                        best ? best->hexahedra.size() : kAny, record);
     if (fit && keeps_to(*fit, options) && (!best || is_better(*fit, *best))) best = std::move(fit);
   }
-  if (best) return *std::move(best);
+  if (best || record.has_uncovered()) return best;
   // The search filters; where that let something through, it looks again with less to spend.
   for (const double share : kSmallerShares) {
-    std::optional<Fit> fit = fit_within(view, parts, options, {share, 0.0}, kAny, visits);
-    if (keeps_to(*fit, options)) return *std::move(fit);
+    std::optional<Fit> fit = fit_within(view, parts, options, {share, 0.0}, kAny, record);
+    if (keeps_to(*fit, options)) return fit;
+  }
+  return std::nullopt;
+}
+
+Fit fit_in(const View& view, const FitOptions& options) {
+  const std::vector<LimitBox> boxes = limit_boxes(options, 1.0, view.turning());
+  Parts parts = {find_round_parts(view.turned), fit::find_prisms(view.turned, options.over, boxes)};
+  // Every mesh has a cover of the boxes that it is cut by: those parts that have none of their own are cut
+  // so.
+  for (;;) {
+    Record record;
+    if (std::optional<Fit> fit = best_of_tries(view, parts, options, record)) return *std::move(fit);
+    if (!parts.leave_to_boxes(record)) break;
   }
   reject("fit", "no cover within " + figure(options.over) + " m was found");
 }

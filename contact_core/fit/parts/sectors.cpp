@@ -205,11 +205,12 @@ bool has_cover(const TriangleMesh& mesh, const Sectors& ring, const AllowedSpace
 }
 
 // Of a closed shell that is a ring, with as many sectors as the least that is asked on its walls takes.
-std::optional<Sectors> ring_about(const MeshDistance& mesh, const RoundPart& bore,
+std::optional<Sectors> ring_about(const MeshDistance& mesh, std::uint32_t index,
                                   std::span<const RoundPart> parts, const AllowedSpace& allowed, int most) {
+  const RoundPart& bore = parts[index];
   for (const RoundPart& part : parts) {
     if (part.is_bore || !is_about(part, bore) || !have_same_facets(part, bore)) continue;
-    Sectors ring{bore, 0, part.radius, ring_shell(mesh, bore, part)};
+    Sectors ring{bore, 0, index, part.radius, ring_shell(mesh, bore, part)};
     const double inner = limit_on(mesh.mesh(), ring.shell, bore, allowed),
                  outer = limit_on(mesh.mesh(), ring.shell, part, allowed);
     if (!ring.is_ring(std::min(inner, outer))) continue;  // without a shell, too
@@ -222,14 +223,16 @@ std::optional<Sectors> ring_about(const MeshDistance& mesh, const RoundPart& bor
 }  // namespace
 
 std::vector<Sectors> sectors_about_bores(const MeshDistance& mesh, std::span<const RoundPart> parts,
-                                         const AllowedSpace& allowed, int most) {
+                                         const AllowedSpace& allowed, std::span<const std::uint32_t> no_rings,
+                                         int most) {
   std::vector<Sectors> result;
-  for (const RoundPart& bore : parts) {
+  for (std::uint32_t i = 0; i < parts.size(); ++i) {
+    const RoundPart& bore = parts[i];
     if (!bore.is_bore) continue;
     const auto limit_at = [&](const RoundPart& part) {
       return allowed.limit_at(part.foot + 0.5 * part.length * part.axis + part.radius * part.start);
     };
-    Sectors sectors{bore, fewest(bore, limit_at(bore)), bore.radius};
+    Sectors sectors{bore, fewest(bore, limit_at(bore)), i, bore.radius};
     for (const RoundPart& part : parts) {
       if (!is_about(part, bore)) continue;
       sectors.outer = std::max(sectors.outer, part.radius);
@@ -238,7 +241,9 @@ std::vector<Sectors> sectors_about_bores(const MeshDistance& mesh, std::span<con
           std::max(sectors.count, have_same_facets(part, bore) ? fewest(part, limit_at(part))
                                                                : fewest(part.radius, limit_at(part), false));
     }
-    if (std::optional<Sectors> ring = ring_about(mesh, bore, parts, allowed, most))
+    const bool may_be_ring = std::find(no_rings.begin(), no_rings.end(), i) == no_rings.end();
+    std::optional<Sectors> ring = may_be_ring ? ring_about(mesh, i, parts, allowed, most) : std::nullopt;
+    if (ring)
       result.push_back(*std::move(ring));
     else if (sectors.count >= kFewest && sectors.count <= most)
       result.push_back(sectors);

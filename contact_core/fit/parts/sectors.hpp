@@ -17,6 +17,7 @@ namespace touchstone::fit {
 struct Sectors {
   RoundPart bore;
   int count;
+  std::uint32_t part;  ///< the bore's index among round parts
   double outer;  ///< radius of the widest round part about the same axis, the bore's if there is none [m]
   /// Of the closed shell that is a ring between the two and nothing else, thick beside what is asked of it:
   /// then sectors begin at corners of its facets, and each is convex. None: there is no such shell.
@@ -45,7 +46,9 @@ constexpr double kThick = 8.0;
 
 /// Of each bore; those that would take fewer than 6 or more than `most` have none, but for rings of closed
 /// shells of their own, which fewer may go around.
+/// @param no_rings bores whose shells are cut by boxes even so, by their indices among `parts`
 std::vector<Sectors> sectors_about_bores(const MeshDistance& mesh, std::span<const RoundPart> parts,
-                                         const AllowedSpace& allowed, int most = 72);
+                                         const AllowedSpace& allowed,
+                                         std::span<const std::uint32_t> no_rings = {}, int most = 72);
 
 }  // namespace touchstone::fit

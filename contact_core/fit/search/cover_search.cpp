@@ -37,6 +37,10 @@ bool has(const std::vector<std::uint64_t>& bits, std::size_t i) {
   return (bits[i / 64] >> (i % 64) & 1) != 0;
 }
 
+void add_once(std::vector<std::uint32_t>& all, std::uint32_t one) {
+  if (std::find(all.begin(), all.end(), one) == all.end()) all.push_back(one);
+}
+
 Normals frame_of(const Vector3& z, Vector3 hint) {
   hint -= dot(hint, z) * z;
   if (norm(hint) < 1e-6) hint = cross(z, std::abs(z.x()) < 0.7 ? Vector3::UnitX() : Vector3::UnitY());
@@ -311,8 +315,10 @@ void CoverSearch::grow_from(std::size_t cell) {
     }
   }
   if (has_grown) return;
-  // A cell is at most as large as the limit: the box about it keeps to what is allowed, whatever a filter
-  // says.
+  // A cell of the tree is at most as large as the limit: the box about it keeps to what is allowed, whatever
+  // a filter says. One of a prism or a ring may be larger: it is held all the same, and its part named.
+  if (prism != kNoIndex) add_once(uncovered_.prisms, prism);
+  if (ring != kNoIndex) add_once(uncovered_.rings, ring);
   SixPlanes box = enclosing(main_frames_[0], cells_.points(cell));
   for (Plane& plane : box.planes) plane.offset -= 1e-9 * mesh_.bounds().diagonal();
   add(candidate(box));

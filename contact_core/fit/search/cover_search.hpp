@@ -28,6 +28,12 @@ struct SearchEffort {
 /// Nothing where a hexahedron keeps to what is allowed; else one of its points that does not.
 using Check = std::function<std::optional<Vector3>(const SixPlanes&)>;
 
+/// Prisms and rings, by index, with a piece that no hexahedron of theirs nor any other that was tried is
+/// allowed to hold: what run() finds may go too far there. Each once.
+struct Uncovered {
+  std::vector<std::uint32_t> prisms, rings;
+};
+
 /// Finds few hexahedra that keep to a space and together hold every cell.
 ///
 /// Candidates grow from cells that are not covered yet, in several frames and orders; greedily the one that
@@ -43,6 +49,7 @@ class CoverSearch {
   /// Each at least `thinnest` thick, and with its faces `margin` outside [m]. Those that `check` refuses are
   /// replaced: what it names is then out of bounds.
   std::vector<SixPlanes> run(double thinnest, double margin, const Check& check);
+  const Uncovered& uncovered() const { return uncovered_; }
 
  private:
   using Bits = std::vector<std::uint64_t>;
@@ -114,6 +121,7 @@ class CoverSearch {
   std::unordered_multimap<std::uint64_t, std::size_t> by_held_;  ///< candidates by a hash of what they hold
   Bits all_;
   Bits settled_;  ///< cells that sectors of rings hold: what grows from them gains nothing
+  Uncovered uncovered_;
   std::uint64_t state_ = 88172645463325252U;
   double done_ = 0.0;  ///< as said last
 };
