@@ -96,19 +96,25 @@ class Measures {
   Fit fit(const std::vector<SixPlanes>& solids) const {
     std::vector<Measured> all;
     for (const SixPlanes& solid : solids) all.push_back({view_.corners(solid), about_prism(solid), {}});
-    measure(all, options_.over, nullptr);
+    std::vector<std::vector<Measured>> near;
+    std::size_t passes = all.size();
+    for (const FitRegion& region : options_.regions) {
+      near.emplace_back();
+      for (const Measured& each : all)
+        if (touches(each.vertices, region.box)) near.back().push_back(each);
+      passes += near.back().size();
+    }
+    Ticks ticks{options_, 2 * passes};
+    measure(all, options_.over, nullptr, ticks);
     Fit fit;
     for (const Measured& each : all) {
       fit.hexahedra.push_back({each.vertices, each.bound.most, each.bound.where});
       fit.excess = std::max(fit.excess, each.bound.most);
     }
-    for (const FitRegion& region : options_.regions) {
-      std::vector<Measured> near;
-      for (const Measured& each : all)
-        if (touches(each.vertices, region.box)) near.push_back(each);
-      measure(near, region.over, &region.box);
+    for (std::size_t r = 0; r < near.size(); ++r) {
+      measure(near[r], options_.regions[r].over, &options_.regions[r].box, ticks);
       double& most = fit.region_excess.emplace_back(0.0);
-      for (const Measured& each : near) most = std::max(most, each.bound.most);
+      for (const Measured& each : near[r]) most = std::max(most, each.bound.most);
     }
     return fit;
   }
@@ -154,27 +160,41 @@ class Measures {
     ExcessBound bound;
   };
 
+  // Says how much is measured, of the whole and of all regions.
+  struct Ticks {
+    const FitOptions& options;
+    std::size_t all, done = 0;
+
+    void again() const {
+      if (options.progress) options.progress("measure", static_cast<double>(done) / static_cast<double>(all));
+    }
+    void next() {
+      ++done;
+      again();
+    }
+  };
+
   // The largest to a thirty-second of what is asked, the others to an eighth, or to what is sure not to be
   // larger.
-  void measure(std::vector<Measured>& all, double over, const Bounds* box) const {
+  void measure(std::vector<Measured>& all, double over, const Bounds* box, Ticks& ticks) const {
     double least = 0.0;  // of the largest
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      Measured& each = all[i];
+    for (Measured& each : all) {
       each.bound = is_slab(each) ? ExcessBound{0.0, each.about, each.vertices[0]}
                                  : bound_excess(mesh_, each.vertices, over / kCoarse, 0.0, box);
       least = std::max(least, each.bound.least);
-      if (options_.progress)
-        options_.progress("measure", static_cast<double>(i + 1) / static_cast<double>(all.size()));
+      ticks.next();
     }
     for (Measured& each : all) {
       // A point that is farther than all before stops the bound; the next one goes on from there.
       while (!is_slab(each) && each.bound.most > least + over / kFine) {
         each.bound = bound_excess(mesh_, each.vertices, over / kFine, least + over / kFine, box);
+        ticks.again();
         if (each.bound.least <= least) break;
         least = each.bound.least;
       }
       if (each.bound.most > over && each.bound.least < over)  // closer, to tell
         each.bound = bound_excess(mesh_, each.vertices, over / kClosest, over, box);
+      ticks.next();
     }
   }
 

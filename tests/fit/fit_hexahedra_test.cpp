@@ -594,6 +594,23 @@ TEST(Fit, AnOpenSheetIsCoveredByAPlate) {
   EXPECT_EQ(make_tree(fit, "sheet").solids().size(), 1U);
 }
 
+// The whole and each region are measured twice: each time a share of all. A jump back or to the end in the
+// middle would show.
+TEST(Fit, WhatIsMeasuredGoesOnToAll) {
+  FitOptions options = within(0.05);
+  options.regions.push_back({"leg", {Vector3(1.0, -1, -1), Vector3(3, 1, 2)}, 0.02});
+  options.regions.push_back({"other", {Vector3(-1, 1.0, -1), Vector3(1, 3, 2)}, 0.02});
+  std::vector<double> shares;
+  options.progress = [&](std::string_view stage, double share) {
+    if (stage == "measure") shares.push_back(share);
+  };
+  const Fit fit = fit_hexahedra(angle_mesh(), options);
+  ASSERT_GE(shares.size(), 2 * fit.hexahedra.size() + 4);
+  EXPECT_TRUE(std::is_sorted(shares.begin(), shares.end()));
+  EXPECT_EQ(std::count(shares.begin(), shares.end(), 1.0), 1);
+  EXPECT_EQ(shares.back(), 1.0);
+}
+
 TEST(Fit, TheSameMeshGivesTheSameBits) {
   const Fit a = fit_hexahedra(angle_mesh(), within(0.2)), b = fit_hexahedra(angle_mesh(), within(0.2));
   ASSERT_EQ(a.hexahedra.size(), b.hexahedra.size());
