@@ -360,6 +360,16 @@ Json to_json(const PairCase& item) {
   return out;
 }
 
+// Whether it is UTF-8.
+bool is_text(const std::string& id) {
+  try {
+    Json(id).dump();
+  } catch (const Json::type_error&) {
+    return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 std::vector<PairCase> load_pairs(const std::filesystem::path& path) {
@@ -399,7 +409,10 @@ std::string pairs_text(std::span<const PairCase> cases) {
   text << "[";
   for (std::size_t i = 0; i < cases.size(); ++i) {
     if (!cases[i].pair) throw InputError("case '" + cases[i].id + "' is invalid and cannot be saved");
-    // The library writes the shortest decimal (at most 17 digits) that reads back as the same double.
+    if (!is_text(cases[i].id))
+      throw InputError("case #" + std::to_string(i) + ": its id is no UTF-8 and cannot be saved");
+    // The library writes the shortest decimal (at most 17 digits) that reads back as the same double. What an
+    // engine says of itself may be no UTF-8.
     text << (i == 0 ? "\n" : ",\n") << to_json(cases[i]).dump(-1, ' ', false, Json::error_handler_t::replace);
   }
   text << "\n]\n";

@@ -60,12 +60,13 @@ struct PairCase {
 std::vector<PairCase> load_pairs(const std::filesystem::path& path);
 
 /// Returns the text of a file in metres that load_pairs reads back bit for bit: shapes (warped ones marked
-/// `accept`), poses (as matrices), exact and captured answers.
-/// @throws InputError when a case is invalid.
+/// `accept`), poses (as matrices), exact and captured answers. Bytes of other texts than ids that are no
+/// UTF-8 are replaced, as by U+FFFD.
+/// @throws InputError when a case is invalid, or its id is no UTF-8.
 std::string pairs_text(std::span<const PairCase> cases);
 
 /// Writes that text to a file, which appears whole or not at all.
-/// @throws InputError when a case is invalid or the file cannot be written.
+/// @throws InputError when a case is invalid, or its id is no UTF-8, or the file cannot be written.
 void save_pairs(const std::filesystem::path& path, std::span<const PairCase> cases);
 
 }  // namespace touchstone

@@ -218,5 +218,23 @@ TEST(PairFile, SavesNothingWhenACaseIsInvalid) {
   EXPECT_FALSE(std::filesystem::exists(temporary()));
 }
 
+// Replaced, both would be one and the file could not be read again.
+TEST(PairFile, IdsThatAreNoTextAreNotSaved) {
+  std::vector<PairCase> cases =
+      loaded("[{\"id\": \"a\", \"shapes\": [" + kBox + ", " + kBox + "], \"poses\": \"identity\"}]");
+  cases.push_back(cases[0]);
+  cases[1].id = "\xff";
+  try {
+    pairs_text(cases);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_STREQ(error.what(), "case #1: its id is no UTF-8 and cannot be saved");
+  }
+  cases[1].id = "\u00e9";
+  cases[0].why_hard = "\xff";
+  save_pairs(temporary(), cases);
+  EXPECT_EQ(load_pairs(temporary())[1].id, "\u00e9");
+}
+
 }  // namespace
 }  // namespace touchstone
