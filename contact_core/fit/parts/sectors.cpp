@@ -187,10 +187,8 @@ namespace {
 // Whether a hexahedron a sector keeps to what is allowed: then there is a cover of such. Where they are fewer
 // than the facets they go into the bore and beyond the outer wall, at places that are on neither.
 bool has_cover(const TriangleMesh& mesh, const Sectors& ring, const AllowedSpace& allowed) {
-  const double cosine = std::cos(0.5 * kTurn / ring.count);
-  const double beyond = ring.count == ring.bore.facets
-                            ? 0.0
-                            : std::max(ring.bore.radius * (1.0 - cosine), ring.outer * (1.0 / cosine - 1.0));
+  const double cosine = std::cos(0.5 * kTurn / ring.count), inner = ring.bore.radius;
+  const bool has_chords = ring.count < ring.bore.facets;
   const std::vector<Polygon> surface = ring.surface(mesh);
   for (int i = 0; i < ring.count; ++i) {
     std::vector<Vector3> points;
@@ -198,7 +196,15 @@ bool has_cover(const TriangleMesh& mesh, const Sectors& ring, const AllowedSpace
       points.insert(points.end(), part.begin(), part.end());
     if (points.empty()) return false;
     const SixPlanes solid = ring.about(i, points);
-    if (!allowed.allows_samples(solid) || beyond > (1.0 + kRounding) * allowed.least_limit(solid.corners()))
+    if (!allowed.allows_samples(solid)) return false;
+    if (!has_chords) continue;
+    // What of it is in the bore is below the arc's middle, what is outside beyond the outer wall's chord.
+    const double foot = dot(ring.middle(i), ring.bore.foot);
+    SixPlanes in_bore = solid, outside = solid;
+    in_bore.planes[1].offset = -(foot + inner);
+    outside.planes[0].offset = foot + ring.outer * cosine;
+    if (inner * (1.0 - cosine) > (1.0 + kRounding) * allowed.least_limit(in_bore.corners()) ||
+        ring.outer * (1.0 / cosine - 1.0) > (1.0 + kRounding) * allowed.least_limit(outside.corners()))
       return false;
   }
   return true;
