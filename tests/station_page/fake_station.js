@@ -1,6 +1,6 @@
 // A made-up station in the page itself, for tests: stands in for WebSocket and speaks protocol.md. A tip flies along x
 // towards a wall at x = 1; `no check` goes through, `figure 1` stops 100 ms late, `figure 2` and `ours` stop at it.
-// `fake.solids`: that many boxes move besides; `fake.tips`: ends that the hand may fly; `fake.rate`: frames a second; `fake.choose(name)`: another scene, of the next serial.
+// `fake.solids`: that many boxes move besides; `fake.tips`: ends that the hand may fly; `fake.mute`: no contact is told of; `fake.rate`: frames a second; `fake.choose(name)`: another scene, of the next serial.
 (() => {
 'use strict';
 const fake = window.fake = {solids: 0, rate: 50, received: [], sockets: [], down: false, dead: false, wall: 1, serial: 1, name: 'made_up', ...(window.fakeOptions || {})};
@@ -94,7 +94,7 @@ class FakeSocket extends EventTarget {
     this.onmessage?.({data: this.encode(begun, limit, blocked)});
   }
   encode(begun, limit, blocked) {
-    const n = shapes.length + fake.solids, near = limit - this.x[3] < 0.25 ? 1 : 0;
+    const n = shapes.length + fake.solids, near = !fake.mute && limit - this.x[3] < 0.25 ? 1 : 0;
     const bytes = 128 + 4 * 64 + 5 * 32 * n + 2 * 16 + near * 64 + (fake.far ? 0 : 2 * 48), view = new DataView(new ArrayBuffer(bytes));
     const f32 = (at, ...values) => values.forEach((value, i) => view.setFloat32(at + 4 * i, value, true));
     view.setUint32(0, 0x31465354, true); view.setUint16(4, 1, true); view.setUint16(6, 128, true);

@@ -121,6 +121,44 @@ TEST_F(StationPage, SaysThatNothingIsNearEnoughToFlyTo) {
   EXPECT_EQ(value("document.getElementById('assist').getAttribute('aria-pressed')"), "false");
 }
 
+TEST_F(StationPage, PushesOnAgainstWhatItTouchesAlready) {
+  open();
+  // A hand's key ends the flight to what is nearest, in contact.
+  const auto press_assist = [&] {
+    browser_->press("KeyY");
+    browser_->press("KeyY", false);
+  };
+  press_assist();
+  ASSERT_TRUE(becomes_true("touchstoneStation.station.frame.methods[3].blocked"));
+  browser_->press("KeyA");
+  ASSERT_TRUE(becomes_true("!touchstoneStation.station.assisting"));
+  browser_->press("KeyA", false);
+  ASSERT_TRUE(becomes_true("seen.inputs().at(-1).translation.every(axis => axis === 0)"));
+  ASSERT_LT(value("touchstoneStation.station.frame.distances[0].separation"), 0.002);
+  // It goes on along the contact's normal, from whichever of the two solids that points.
+  press_assist();
+  EXPECT_TRUE(becomes_true("seen.inputs().at(-1).translation[0] === 1"));
+  EXPECT_EQ(value("touchstoneStation.station.assisting"), true);
+  EXPECT_THAT(text("trouble"), testing::Not(HasSubstr("Nothing")));
+  EXPECT_EQ(value("(async () => { const {steerAssist} = await import('/assist.js'), {station, hand} = "
+                  "touchstoneStation, frame = structuredClone(station.frame), [one] = frame.contacts; "
+                  "Object.assign(one, {a: one.b, b: one.a, normal: one.normal.map(axis => -axis)}); "
+                  "Object.assign(station, {frame, assistDirection: [0, 0, 0]}); steerAssist(); return "
+                  "hand.assist[0]; })()"),
+            1);
+}
+
+TEST_F(StationPage, SaysThatItIsThereAlreadyWhereNoContactSaysWhichWay) {
+  open("{mute: true}");
+  value("fake.sockets[0].x[3] = 0.649");
+  ASSERT_TRUE(becomes_true("touchstoneStation.station.frame.distances[0].separation < 0.002"));
+  browser_->press("KeyY");
+  browser_->press("KeyY", false);
+  EXPECT_TRUE(becomes_true("document.getElementById('trouble').textContent.startsWith('wall')"));
+  EXPECT_THAT(text("trouble"), HasSubstr("within 2 mm of the hand already"));
+  EXPECT_EQ(value("touchstoneStation.station.assisting"), false);
+}
+
 TEST_F(StationPage, SendsWhatTheKeysAndListsCommand) {
   open();
   const std::pair<const char*, const char*> keys[] = {{"Space", "brakes===true"},

@@ -1,8 +1,8 @@
 // The arm flies itself to what is nearest, and pushes on: for who wants to see before flying. Any key of the hand ends it.
 
-import {get} from './panels.js';
-import {turn, conjugate, subtract, unit} from './algebra.js';
-import {parts, station, troubleBriefly} from './state.js';
+import {get, nameOf} from './panels.js';
+import {turn, conjugate, scale, subtract, unit} from './algebra.js';
+import {parts, station, ours, troubleBriefly} from './state.js';
 
 export function setAssist(on) {
   station.assisting = on;
@@ -18,17 +18,28 @@ export function setAssist(on) {
   get('assist').setAttribute('aria-pressed', String(on));
 }
 
+// The normal at which ours meets what is nearest, away from the hand; none where it has no contact with it yet.
+function normalTo(frame, {a, b}) {
+  const meets = frame.contacts.find(one => one.method === ours() && [one.a, one.b].includes(a) && [one.a, one.b].includes(b));
+  return meets ? scale(meets.normal, meets.a === a ? 1 : -1) : [0, 0, 0];
+}
+
+function giveUp(why) {
+  troubleBriefly(why);
+  setAssist(false);
+}
+
 export function steerAssist() {
   const frame = station.frame;
   if (!frame) return;
   const base = station.state.base || station.scene.arms[0]?.base.rotation || [0, 0, 0, 1];
   const nearest = frame.distances[0];
-  // In contact the two points are one, and single precision says little of closer ones: the last direction goes on.
+  const isKnown = station.assistDirection.some(Boolean);
+  if (!nearest && !isKnown) return giveUp('Nothing is within 2 m of the hand: fly nearer first.');
+  // In contact the two points are one, and single precision says little of closer ones: the last direction goes on, at first the normal.
   if (nearest && nearest.separation > 0.002) station.assistDirection = unit(subtract(nearest.pointOnB, nearest.pointOnA));
-  if (!station.assistDirection.some(Boolean)) {  // nothing is near, nor has been
-    troubleBriefly('Nothing is within 2 m of the hand: fly nearer first.');
-    return setAssist(false);
-  }
+  else if (!isKnown) station.assistDirection = normalTo(frame, nearest);
+  if (!station.assistDirection.some(Boolean)) return giveUp(`${nameOf(station.scene, nearest.b)} is within 2 mm of the hand already: fly off it first.`);
   parts.hand.assist = turn(conjugate(base), station.assistDirection);
 }
 
