@@ -319,12 +319,17 @@ TEST_F(StationPace, ALevelOfOtherPixelsKeepsTheCctvPicturesUntilTheirTurns) {
     const gap = new Uint8Array(4), [x, y, , h] = renderer.place(cctv[0].outer);
     gl.readPixels(x, y + h + 1, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, gap);
     return {wider: canvas.width > width, drawn: chosen.length, main: chosen.some(screen => screen.main), waiting: picture.stale.size,
-      most: Math.max(...cctv.flatMap((screen, i) => mean(screen).map((value, k) => Math.abs(value - before[i][k])))), gap: [...gap], before};
+      most: Math.max(...cctv.flatMap((screen, i) => mean(screen).map((value, k) => Math.abs(value - before[i][k])))), gap: [...gap], theme: picture.theme, before};
   })())");
   EXPECT_EQ(found["wider"], true);
   EXPECT_EQ(found["main"], true);
   EXPECT_LE(found["drawn"].get<int>(), 2) << "one CCTV picture at a time";
   EXPECT_GE(found["waiting"].get<int>(), 3);
+  // Between the screens is the bezel (picture.js), 0.93 of full where the theme is light, 0.08 where dark.
+  const std::vector<int> bezel =
+      found["theme"] == "dark" ? std::vector{20, 23, 28} : std::vector{237, 241, 245};
+  for (std::size_t i = 0; i < bezel.size(); ++i)
+    EXPECT_NEAR(found["gap"][i].get<int>(), bezel[i], 1) << found["gap"] << found["theme"];
   EXPECT_LT(found["most"].get<double>(), 8.0) << "those that wait are blank: " << found;
   EXPECT_TRUE(becomes_true("!touchstoneStation.picture.stale.size"));
 }
