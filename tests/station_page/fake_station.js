@@ -1,6 +1,6 @@
 // A made-up station in the page itself, for tests: stands in for WebSocket and speaks protocol.md. A tip flies along x
 // towards a wall at x = 1; `no check` goes through, `figure 1` stops 100 ms late, `figure 2` and `ours` stop at it.
-// `fake.solids`: that many boxes move besides; `fake.tips`: ends that the hand may fly; `fake.mute`: no contact is told of; `fake.rate`: frames a second; `fake.choose(name)`: another scene, of the next serial.
+// `fake.solids`: that many boxes move besides; `fake.tips`: ends that the hand may fly; `fake.mute`: no contact is told of; `fake.late`: answers to pings come so many ms late; `fake.rate`: frames a second; `fake.choose(name)`: another scene, of the next serial.
 (() => {
 'use strict';
 const fake = window.fake = {solids: 0, rate: 50, received: [], sockets: [], down: false, dead: false, wall: 1, serial: 1, name: 'made_up', ...(window.fakeOptions || {})};
@@ -61,7 +61,11 @@ class FakeSocket extends EventTarget {
     fake.received.push(message);
     if (fake.received.length > 2000) fake.received.shift();
     if (message.type === 'input') { this.input = message; this.receivedAt = this.clock(); }
-    if (message.type === 'ping') this.text({type: 'pong', stamp: message.stamp, received_us: this.clock(), sent_us: this.clock()});
+    if (message.type === 'ping') {
+      const pong = {type: 'pong', stamp: message.stamp, received_us: this.clock(), sent_us: this.clock()};
+      if (fake.late) setTimeout(() => this.text(pong), fake.late);
+      else this.text(pong);
+    }
     if (message.type === 'control') {
       const {type, reset, latch, release, fault, select, debrief, ...fields} = message;
       Object.assign(this.state, fields);

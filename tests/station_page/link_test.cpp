@@ -113,6 +113,51 @@ TEST_F(StationPage, CountsHandToPictureInTheBrowsersClock) {
             nlohmann::json({7.0, 100009.0, 50009.0, 100000}));
 }
 
+TEST_F(StationPage, KnowsTheStationsClockThoughAnswersWait) {
+  // Each answer to a ping comes 80 ms late, as behind a long turn of the page; frames do not.
+  open("{late: 80}");
+  ASSERT_TRUE(becomes_true("fake.received.filter(message => message.type === 'ping').length > 2"));
+  ASSERT_TRUE(becomes_true("touchstoneStation.link.rtt < Infinity"));
+  EXPECT_NEAR(value("touchstoneStation.link.offset").get<double>(), 5e6, 1e3);
+}
+
+TEST_F(StationPage, BoundsTheOffsetByEveryMessageAndAsksMoreOftenWhereItKnowsLittle) {
+  open();
+  // A minute at a tenth of a second: ways there of 0.3 to 50 ms, back of 20 to 200 ms; frames meanwhile of
+  // 0.1 to 100 ms. The clocks drift apart as `drift`. Worst of the last 50 s [us]; the width; until the next
+  // ping.
+  const auto fly = [&](const std::string& drift, bool has_frames) {
+    return value(R"((async (drift, hasFrames) => {
+      const {Clock} = await import('/clock.js'), clock = new Clock();
+      let seed = 1, worst = 0;
+      const random = () => (seed = seed * 16807 % 2147483647) / 2147483647;
+      for (let i = 0; i < 600; ++i) {
+        const sent = i * 1e5, offset = 5e6 + drift * sent, there = 300 + 5e4 * random() ** 3, back = sent + there + 2e4 + 1.8e5 * random();
+        clock.there(back, sent, sent + there + offset);
+        clock.here(back, sent + there + offset);
+        for (let k = 0; hasFrames && k < 5; ++k) {
+          const from = sent + k * 2e4;
+          clock.here(from + 100 + 1e5 * random() ** 2, from + offset);
+        }
+        if (i > 100) worst = Math.max(worst, Math.abs(clock.known.offset - offset));
+      }
+      return [worst, clock.known.rtt, clock.untilPing];
+    })()" + drift +
+                 ", " + (has_frames ? "true" : "false") + ")");
+  };
+  const nlohmann::json quiet = fly("0", true), drifting = fly("50e-6", true), blind = fly("0", false);
+  EXPECT_LT(quiet[0], 500.0) << quiet;
+  EXPECT_EQ(quiet[2], 1000) << quiet;
+  EXPECT_LT(drifting[0], 1000.0) << drifting;
+  EXPECT_LE(blind[0].get<double>(), blind[1].get<double>() / 2.0) << blind;
+  EXPECT_EQ(blind[2], 100) << blind;
+  // Of another connection nothing is known.
+  EXPECT_EQ(value("(async () => { const {Clock} = await import('/clock.js'), clock = new Clock(); "
+                  "clock.there(1, 0, 5); clock.here(1, 5); clock.forget(); return [clock.known.offset, "
+                  "clock.known.rtt === Infinity, clock.untilPing]; })()"),
+            nlohmann::json({0, true, 100}));
+}
+
 TEST_F(StationPage, LooksBackAndSavesWhatWasFlown) {
   open();
   browser_->press("KeyW");

@@ -1,7 +1,8 @@
-// The one connection to the station: it keeps the newest frame only, measures the clocks' offset as NTP does, and connects
-// again by itself when the station went away.
+// The one connection to the station: it keeps the newest frame only, measures the clocks' offset (clock.js), and connects again by
+// itself when the station went away.
 
 import {readFrame} from './frames.js';
+import {Clock} from './clock.js';
 
 const now = () => performance.now() * 1000;  // browser's clock [us]
 
@@ -10,9 +11,9 @@ export class Link extends EventTarget {
   constructor(address) {
     super();
     Object.assign(this, {address, newest: null, undrawn: 0, unread: 0, offset: 0, rtt: Infinity, number: 0, wait: 250, client: 0});
-    this.exchanges = [];
+    this.clock = new Clock();
     this.connect();
-    setInterval(() => this.ping(), 1000);
+    this.pingOn();
   }
 
   connect() {
@@ -25,7 +26,8 @@ export class Link extends EventTarget {
     this.socket = socket;
     socket.binaryType = 'arraybuffer';
     socket.onopen = () => {
-      Object.assign(this, {wait: 250, newest: null, exchanges: [], rtt: Infinity});
+      Object.assign(this, {wait: 250, newest: null, rtt: Infinity});
+      this.clock.forget();
       this.dispatchEvent(new CustomEvent('connection', {detail: true}));
       this.ping();
     };
@@ -51,6 +53,7 @@ export class Link extends EventTarget {
   }
 
   takeFrame(data) {
+    if (data.byteLength >= 128) this.noteTimes(new DataView(data));
     if (data.byteLength >= 16) this.send({type: 'seen', frame: Number(new DataView(data).getBigUint64(8, true))});
     if (this.newest) ++this.undrawn;  // it will never be shown: the newer one wins
     this.newest = data;
@@ -69,14 +72,24 @@ export class Link extends EventTarget {
     this.send({type: 'ping', stamp: now()});
   }
 
-  // The exchange of least round trip among the last twenty says the offset: station = browser + offset.
+  pingOn() {
+    this.ping();
+    setTimeout(() => this.pingOn(), this.clock.untilPing);
+  }
+
   takePong({stamp, received_us, sent_us}) {
     const arrived = now();
-    this.exchanges.push({offset: ((received_us - stamp) + (sent_us - arrived)) / 2,
-      rtt: arrived - stamp - (sent_us - received_us)});
-    if (this.exchanges.length > 20) this.exchanges.shift();
-    const best = this.exchanges.reduce((a, b) => b.rtt < a.rtt ? b : a);
-    Object.assign(this, best);
+    this.clock.there(arrived, stamp, received_us);
+    this.clock.here(arrived, sent_us);
+    Object.assign(this, this.clock.known);
+  }
+
+  // A frame says when it was sent, and when a hand of this page was received.
+  noteTimes(frame) {
+    const arrived = now();
+    this.clock.here(arrived, frame.getFloat64(56, true));
+    if (frame.getUint32(64, true) === this.client) this.clock.there(arrived, frame.getFloat64(24, true), frame.getFloat64(32, true));
+    Object.assign(this, this.clock.known);
   }
 
   get open() {
