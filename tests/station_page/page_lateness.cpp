@@ -2,16 +2,17 @@
 // page in Chromium on this machine, whose own hand sweeps. No test: a figure of this machine, which shall
 // have no other work. station_page_lateness [SECONDS [PAGE]]
 #include <cstdio>
-#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "touchstone/tests/station_page/browser.hpp"
 #include "touchstone/tests/station_page/running_station.hpp"
+#include "touchstone/tests/station_page/temporary_profile.hpp"
 
 namespace {
 
 using touchstone::Browser;
+using touchstone::TemporaryProfile;
 using touchstone::station::RunningStation;
 
 // By kind, [ms since now, figures]: hand to picture and level; what a picture took; a turn of the page that
@@ -42,9 +43,10 @@ constexpr const char* kWatch = R"js((() => {
   after(pace, 'turned', now => { if (last !== null && now - last > 40) note('long turn', now - last); last = now; });
 })())js";
 
-void measure(double seconds, const std::vector<std::string>& options, const std::filesystem::path& profile) {
+void measure(double seconds, const std::vector<std::string>& options) {
+  const TemporaryProfile profile("station_page_lateness");
   const RunningStation station("worksite", options);
-  Browser browser(profile);
+  Browser browser(profile.path());
   browser.set_window(1440, 900);
   browser.open(station.address() + "?fly&sweep");
   if (!browser.becomes_true("touchstoneStation.station.drawn > 0"))
@@ -52,18 +54,20 @@ void measure(double seconds, const std::vector<std::string>& options, const std:
   browser.evaluate(kWatch);
   browser.wait(seconds);
   const nlohmann::json found = browser.evaluate(
-      "(async () => { const {latency, pace} = touchstoneStation, {deadline} = await (await "
-      "fetch('/latency.json')).json(); return "
-      "{total: latency.total, late: latency.late, worst: latency.worst, median: latency.percentile(0.5), "
-      "most: "
-      "latency.percentile(0.999), says: pace.says() || 'drawn in full', missed: deadline.missed, steps: "
-      "deadline.steps, all: "
-      "window.late}; })()");
+      "(async () => { const {latency, pace} = touchstoneStation; "
+      "const {deadline, sum_less_input_to_drawn_us: apart} = await (await fetch('/latency.json')).json(); "
+      "return {total: latency.total, late: latency.late, worst: latency.worst, "
+      "median: latency.percentile(0.5), most: latency.percentile(0.999), "
+      "says: pace.says() || 'drawn in full', missed: deadline.missed, steps: deadline.steps, apart, "
+      "all: window.late}; })()");
   std::printf("hand to picture: median %.0f, 99.9 %% %.0f, worst %.0f ms; later than 150 ms %d of %d\n",
               found["median"].get<double>(), found["most"].get<double>(), found["worst"].get<double>(),
               found["late"].get<int>(), found["total"].get<int>());
   std::printf("deadlines missed %d of %d; %s\n", found["missed"].get<int>(), found["steps"].get<int>(),
               found["says"].get<std::string>().c_str());
+  std::printf("sum of the stages against hand to picture: median %.2f, 99.9 %% %.2f, worst %.2f ms\n",
+              found["apart"]["median"].get<double>() / 1e3, found["apart"]["p999"].get<double>() / 1e3,
+              found["apart"]["worst"].get<double>() / 1e3);
   for (const nlohmann::json& one : found["all"])
     std::printf("at %.1f s, %.0f ms, level %d: %s\n", one[0].get<double>(), one[1].get<double>(),
                 one[2].get<int>(), one[3].get<std::string>().c_str());
@@ -76,15 +80,13 @@ int main(int argc, char** argv) {
     std::puts("no Chromium (Debian: chromium-headless-shell)");
     return 1;
   }
-  std::string name = (std::filesystem::temp_directory_path() / "station_page_lateness.XXXXXX").string();
-  const std::filesystem::path profile = mkdtemp(name.data());
   std::vector<std::string> options;
   if (argc > 2) options = {"--page", argv[2]};
   try {
-    measure(argc > 1 ? std::stod(argv[1]) : 60.0, options, profile);
+    measure(argc > 1 ? std::stod(argv[1]) : 60.0, options);
   } catch (const std::exception& error) {
     std::puts(error.what());
+    return 1;
   }
-  std::filesystem::remove_all(profile);
   return 0;
 }

@@ -7,6 +7,7 @@
 
 #include "touchstone/tests/station_page/browser.hpp"
 #include "touchstone/tests/station_page/running_station.hpp"
+#include "touchstone/tests/station_page/temporary_profile.hpp"
 
 namespace {
 
@@ -53,30 +54,25 @@ void wait_until(Browser& browser, const Picture& picture, const std::string& exp
 }
 
 void take(const Picture& picture, const std::filesystem::path& folder) {
-  std::string name = (std::filesystem::temp_directory_path() / "station_page_pictures.XXXXXX").string();
-  const std::filesystem::path profile = mkdtemp(name.data());
-  {
-    const RunningStation station(picture.scene, picture.options);
-    Browser browser(profile);
-    browser.set_window(picture.width, picture.height, picture.width < 500);
-    browser.set_media({{{"name", "prefers-color-scheme"}, {"value", picture.scheme}}});
-    browser.open(station.address() + "?fly");
-    wait_until(browser, picture, "touchstoneStation.station.drawn > 0");
-    browser.evaluate(touchstone::station::kFlyTo);
-    browser.evaluate(picture.flight);
-    for (const std::string& key : picture.keys) browser.press(key), browser.press(key, false);
-    wait_until(browser, picture,
-               "(f => " + std::string(picture.until) + ")(touchstoneStation.station.frame)");
-    if (picture.brakes) browser.press("Space"), browser.press("Space", false);
-    // Two pixels each way for one of the picture, and all detail: smooth, whoever draws.
-    browser.set_window(picture.width, picture.height, picture.width < 500, 2.0);
-    browser.evaluate(
-        "(node => { node.value = '1'; node.dispatchEvent(new Event('change')); })(document.getElementById("
-        "'detail'))");
-    browser.wait(5.0);
-    browser.save_picture(folder / (std::string(picture.name) + ".png"), 0.5);
-  }
-  std::filesystem::remove_all(profile);
+  const touchstone::TemporaryProfile profile("station_page_pictures");
+  const RunningStation station(picture.scene, picture.options);
+  Browser browser(profile.path());
+  browser.set_window(picture.width, picture.height, picture.width < 500);
+  browser.set_media({{{"name", "prefers-color-scheme"}, {"value", picture.scheme}}});
+  browser.open(station.address() + "?fly");
+  wait_until(browser, picture, "touchstoneStation.station.drawn > 0");
+  browser.evaluate(touchstone::station::kFlyTo);
+  browser.evaluate(picture.flight);
+  for (const std::string& key : picture.keys) browser.press(key), browser.press(key, false);
+  wait_until(browser, picture, "(f => " + std::string(picture.until) + ")(touchstoneStation.station.frame)");
+  if (picture.brakes) browser.press("Space"), browser.press("Space", false);
+  // Two pixels each way for one of the picture, and all detail: smooth, whoever draws.
+  browser.set_window(picture.width, picture.height, picture.width < 500, 2.0);
+  browser.evaluate(
+      "(node => { node.value = '1'; node.dispatchEvent(new Event('change')); })(document.getElementById("
+      "'detail'))");
+  browser.wait(5.0);
+  browser.save_picture(folder / (std::string(picture.name) + ".png"), 0.5);
 }
 
 }  // namespace

@@ -3,10 +3,10 @@
 // moving solids. No test: a figure of this machine. station_page_speed [SECONDS]
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
 #include <string>
 
 #include "touchstone/tests/station_page/browser.hpp"
+#include "touchstone/tests/station_page/temporary_profile.hpp"
 
 namespace {
 
@@ -45,39 +45,35 @@ constexpr View kViews[] = {
     {"one, half detail", "show('detail', '0.5'); document.getElementById('show-cctv').click()"}};
 
 void measure(int solids, const View& view, double seconds) {
-  std::string name = (std::filesystem::temp_directory_path() / "station_page_speed.XXXXXX").string();
-  const std::filesystem::path folder = mkdtemp(name.data());
-  {
-    touchstone::Browser browser(folder / "profile");
-    browser.serve("http://station.test/", PAGE);
-    browser.set_window(1440, 900);
-    browser.run_before_pages("window.fakeOptions={rate:60,solids:" + std::to_string(solids) + "};" +
-                             touchstone::read_file(FAKE_STATION));
-    browser.open("http://station.test/?fly");
-    browser.becomes_true("touchstoneStation.station.drawn > 0");
-    browser.evaluate(
-        "window.show = (id, value) => { const node = document.getElementById(id); node.value = value; "
-        "node.dispatchEvent(new Event('change')); };" +
-        std::string(view.set));
-    browser.wait(2.0);
-    browser.evaluate("if (window.oldest) window.oldest = 0");
-    const nlohmann::json before = browser.evaluate(kCounts);
-    const double processor_before = browser.processor_seconds();
-    browser.wait(seconds);
-    const double processor = browser.processor_seconds() - processor_before;
-    const nlohmann::json after = browser.evaluate(kCounts);
-    const auto change = [&](int i) { return after[i].get<double>() - before[i].get<double>(); };
-    const nlohmann::json age = browser.evaluate(
-        "touchstoneStation.station.ages.reduce((a, b) => a + b, 0) / touchstoneStation.station.ages.length / "
-        "1000");
-    const nlohmann::json oldest = browser.evaluate(
-        "window.oldest ?? Math.max(...touchstoneStation.station.ages) / 1000 + "
-        "Math.max(...touchstoneStation.station.intervals)");
-    std::printf("%6d  %-16s  %8.1f  %7.1f  %6.0f  %6.0f  %11.0f\n", solids, view.name,
-                change(1) / change(2) * 1e3, change(0) / change(2) * 1e3, age.get<double>(),
-                oldest.get<double>(), processor / std::max(1.0, change(0)) * 1e3);
-  }
-  std::filesystem::remove_all(folder);
+  const touchstone::TemporaryProfile profile("station_page_speed");
+  touchstone::Browser browser(profile.path());
+  browser.serve("http://station.test/", PAGE);
+  browser.set_window(1440, 900);
+  browser.run_before_pages("window.fakeOptions={rate:60,solids:" + std::to_string(solids) + "};" +
+                           touchstone::read_file(FAKE_STATION));
+  browser.open("http://station.test/?fly");
+  browser.becomes_true("touchstoneStation.station.drawn > 0");
+  browser.evaluate(
+      "window.show = (id, value) => { const node = document.getElementById(id); node.value = value; "
+      "node.dispatchEvent(new Event('change')); };" +
+      std::string(view.set));
+  browser.wait(2.0);
+  browser.evaluate("if (window.oldest) window.oldest = 0");
+  const nlohmann::json before = browser.evaluate(kCounts);
+  const double processor_before = browser.processor_seconds();
+  browser.wait(seconds);
+  const double processor = browser.processor_seconds() - processor_before;
+  const nlohmann::json after = browser.evaluate(kCounts);
+  const auto change = [&](int i) { return after[i].get<double>() - before[i].get<double>(); };
+  const nlohmann::json age = browser.evaluate(
+      "touchstoneStation.station.ages.reduce((a, b) => a + b, 0) / touchstoneStation.station.ages.length / "
+      "1000");
+  const nlohmann::json oldest = browser.evaluate(
+      "window.oldest ?? Math.max(...touchstoneStation.station.ages) / 1000 + "
+      "Math.max(...touchstoneStation.station.intervals)");
+  std::printf("%6d  %-16s  %8.1f  %7.1f  %6.0f  %6.0f  %11.0f\n", solids, view.name,
+              change(1) / change(2) * 1e3, change(0) / change(2) * 1e3, age.get<double>(),
+              oldest.get<double>(), processor / std::max(1.0, change(0)) * 1e3);
 }
 
 }  // namespace
