@@ -1,9 +1,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <random>
 
 #include "touchstone/contact_core/fit/mesh_distance.hpp"
 #include "touchstone/contact_core/input_error.hpp"
@@ -120,11 +122,11 @@ TEST(StationRobot, MeetsTheBlockAndIsHeldThere) {
 TEST(StationRobot, HandsFollowItsReach) {
   StationScenes scenes = bundled({"grapple"});
   scenes.push_back(load_station_scene(kRobot, 50.0, in_boxes()));
-  // Stretched out it reaches 1.6 m or so; the SSRMS keeps its public figures.
+  // Its column and booms are 2.04 m to the hand's origin, all upright; the SSRMS keeps its public figures.
   const HandScales& scales = scenes[1]->scales;
   const double reach = 8.0 * scales.coarse;
-  EXPECT_GT(reach, 1.2);
-  EXPECT_LT(reach, 1.8);
+  EXPECT_GT(reach, 2.04);
+  EXPECT_LT(reach, 2.4);
   EXPECT_NEAR(scales.coarse_turn, 3.14159 / 8.0, 1e-4);
   EXPECT_NEAR(scales.vernier / scales.coarse, 0.02 / 0.37, 1e-12);
   EXPECT_EQ(scenes[0]->scales.coarse, 0.37);
@@ -148,8 +150,37 @@ TEST(StationHandScales, ReachFromATenthToThirtyMetresAndAreNeverFasterThanTheSsr
     EXPECT_LT(scales.vernier, scales.coarse);
     EXPECT_LT(scales.vernier_turn, scales.coarse_turn);
   }
-  EXPECT_NEAR(hand_scales_of(0.855).coarse, 0.107, 1e-3);  // a Panda
+  EXPECT_NEAR(hand_scales_of(0.855).coarse, 0.107, 1e-3);
   EXPECT_NEAR(hand_scales_of(17.6).coarse_turn, 0.0698, 1e-12);
+}
+
+TEST(StationHandScales, ReachIsThatOfTheLinksWhateverTheJointsDo) {
+  const auto scene = load_station_scene(kRobot, 50.0, in_boxes());
+  const Mechanism& arm = *scene->arm()->mechanism;
+  const double reach = reach_of(arm);
+  // Of drawn poses none is beyond, and some come near.
+  std::mt19937_64 random(7);
+  std::vector<double> q(arm.value_count());
+  std::vector<Pose> X_WL(arm.links().size());
+  double farthest = 0.0;
+  for (int i = 0; i < 20'000; ++i) {
+    for (const Mechanism::Joint& joint : arm.joints())
+      if (joint.value != Mechanism::kNone)
+        q[joint.value] =
+            std::uniform_real_distribution(std::max(joint.lower, -3.0), std::min(joint.upper, 3.0))(random);
+    arm.link_poses({}, q, X_WL);
+    for (std::uint32_t solid = 0; solid < arm.solids().size(); ++solid)
+      for (const Vector3& corner : arm.solids()[solid].vertices())
+        farthest = std::max(
+            farthest, norm(transform(X_WL[arm.link_of(solid)], transform(arm.placed(solid).X_OS, corner))));
+  }
+  EXPECT_LE(farthest, reach);
+  EXPECT_GT(farthest, 0.9 * reach);
+  // A slide adds what it moves.
+  MechanismDescription longer = arm.description();
+  for (JointDescription& joint : longer.joints)
+    if (joint.name == "bend") joint.kind = JointKind::prismatic, joint.lower = -0.5, joint.upper = 0.25;
+  EXPECT_NEAR(reach_of(Mechanism(longer)), reach + 0.5, 1e-12);
 }
 
 TEST(StationMeshes, ThoseWithoutRoomAreNamedAndLeftToTheirHexahedra) {

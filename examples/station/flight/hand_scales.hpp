@@ -10,11 +10,11 @@ struct HandScales {
   double joint = 0.0698, slide = 0.0698;               ///< joint mode: [rad/s]; prismatic joints [m/s]
 };
 
-/// Those of a robot of others: its reach in 8 s and half a turn in 8 s, but no faster than the SSRMS's tip,
-/// and turns in proportion; vernier is the same part of coarse as the SSRMS's. A robot of 3 m or more has its
-/// metres a second, one of its reach its turns too. The robot's own joints may be slower, and then limit
-/// both.
-/// @param reach of the arm from its base, above 0 [m].
+/// Those of a robot of others: coarse is its reach in 8 s, but no more than the SSRMS's 0.37 m/s, which a
+/// reach of 3 m has. Turns are coarse over reach times pi: half a turn in 8 s up to 3 m, slower beyond, but
+/// no slower than the SSRMS's, from 17 m on. Vernier is the same part of coarse as the SSRMS's; joint mode
+/// has coarse's. The robot's own joints may be slower, and then limit both.
+/// @param reach of the arm from its base, above 0 [m]: see reach_of().
 HandScales hand_scales_of(double reach);
 
 }  // namespace touchstone::station

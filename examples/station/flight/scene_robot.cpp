@@ -1,6 +1,7 @@
 #include "touchstone/examples/station/flight/scene_robot.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "touchstone/contact_core/mechanism/arms/bundled_arms.hpp"
 #include "touchstone/examples/station/flight/bytes.hpp"
@@ -111,12 +112,31 @@ std::string flown_bits(const training::Arm& arm) {
   return bits;
 }
 
-double reach_of(const training::Setting& setting, const training::Arm& arm) {
-  double reach = 0.0;
+double extent_of(const training::Setting& setting, const training::Arm& arm) {
+  double extent = 0.0;
   for (std::uint32_t i = arm.first_object; i < arm.first_object + arm.object_count; ++i) {
     const Sphere& sphere = setting.instance().trees()[i]->nodes()[0].sphere_O;
     const Vector3 centre = transform(setting.scene().objects[i].X_WO, sphere.centre);
-    reach = std::max(reach, norm(centre - arm.X_WB.p) + sphere.radius);
+    extent = std::max(extent, norm(centre - arm.X_WB.p) + sphere.radius);
+  }
+  return extent;
+}
+
+double reach_of(const Mechanism& mechanism) {
+  std::vector<double> to_link(mechanism.links().size(), 0.0);  // from the base's origin to each link's
+  for (const std::uint32_t index : mechanism.outwards()) {
+    const Mechanism::Joint& joint = mechanism.joints()[index];
+    const double slide = joint.kind == JointKind::prismatic && joint.value != Mechanism::kNone
+                             ? std::max(std::abs(joint.lower), std::abs(joint.upper))
+                             : 0.0;
+    to_link[joint.outer] = to_link[joint.inner] + norm(joint.X_PJ.p) + slide + norm(joint.X_JC.p);
+  }
+  double reach = 0.0;
+  for (std::size_t i = 0; i < mechanism.links().size(); ++i) {
+    const HexahedronTree* tree = mechanism.links()[i].tree.get();
+    if (tree == nullptr) continue;
+    const Sphere& sphere = tree->nodes()[0].sphere_O;
+    reach = std::max(reach, to_link[i] + norm(sphere.centre) + sphere.radius);
   }
   return reach;
 }

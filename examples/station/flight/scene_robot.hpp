@@ -44,7 +44,11 @@ class SceneRobot {
 /// wherever its files lie.
 std::string flown_bits(const training::Arm& arm);
 
-/// How far the arm's links reach from its base as they stand [m].
-double reach_of(const training::Setting& setting, const training::Arm& arm);
+/// How far the arm's links are from its base as they stand at the start [m]; at most so far.
+double extent_of(const training::Setting& setting, const training::Arm& arm);
+/// How far its links may come from its base, whatever its joints do within their limits: at most the lengths
+/// between its joints, what slides move, and the last link's size, added up along each branch [m]. Infinite
+/// where a slide has no limit.
+double reach_of(const Mechanism& mechanism);
 
 }  // namespace touchstone::station

@@ -316,9 +316,8 @@ std::unique_ptr<const StationScene> load_station_scene(const std::filesystem::pa
                                     scene->setting.script().scene_file, tasks},
                          robot.is_flown() ? flown_bits(*scene->arm()) : "");
   if (robot.is_flown()) {
-    const double reach = reach_of(scene->setting, *scene->arm());
-    scene->view = std::min(kFarthestView, 2.0 * reach);
-    scene->scales = hand_scales_of(reach);
+    scene->view = std::min(kFarthestView, 2.0 * extent_of(scene->setting, *scene->arm()));
+    scene->scales = hand_scales_of(reach_of(*scene->arm()->mechanism));
   }
   if (robots.shows_meshes) scene->meshes = place_meshes(find_meshes(file, scene->setting, robot, robots));
   return scene;

@@ -51,7 +51,7 @@ struct StationScene {
   std::vector<Tip> tips;                            ///< what the hand may fly, at least one
   std::shared_ptr<const StationDynamics> dynamics;  ///< null: the scene's file has no guarded dynamics
   /// How far from the hand the main camera starts [m]; other cameras stand in proportion. Of a robot of
-  /// others twice its reach, but no more than of our arms.
+  /// others twice its extent_of() at the start, but no more than of our arms.
   double view = kFarthestView;
   HandScales scales;    ///< of a robot of others by its reach
   ObjectMeshes meshes;  ///< of the robot that is flown, where its file has some
