@@ -30,8 +30,8 @@ namespace fs = std::filesystem;
 
 /// Robots as they are flown, with their meshes where a page shows them. Where names alone are asked for
 /// nothing is fitted.
-SceneRobots robots_of(const StationOptions& options) {
-  SceneRobots robots{options.robots, {}, !options.list && options.replay.empty()};
+SceneRobots robots_of(const StationOptions& options, const SceneScales* recorded = nullptr) {
+  SceneRobots robots{options.robots, {}, !options.list && options.replay.empty(), recorded};
   if (options.list)
     robots.choices.over = "box";
   else
@@ -48,8 +48,9 @@ void refuse_equal_names(const std::vector<fs::path>& scripts) {
 }
 
 /// The bundled ones by name, `worksite` first; then the user's own, each instead of a bundled one of its
-/// name.
-StationScenes load_scenes(const StationOptions& options, const fs::path& folder) {
+/// name. @param recorded hands' rates of a replay; null: a live flight's.
+StationScenes load_scenes(const StationOptions& options, const fs::path& folder,
+                          const SceneScales* recorded = nullptr) {
   refuse_equal_names(options.scripts);
   const auto is_given = [&](const fs::path& file) {
     return std::any_of(options.scripts.begin(), options.scripts.end(),
@@ -64,7 +65,7 @@ StationScenes load_scenes(const StationOptions& options, const fs::path& folder)
   });
   files.insert(files.end(), options.scripts.begin(), options.scripts.end());
   StationScenes scenes;
-  const SceneRobots robots = robots_of(options);
+  const SceneRobots robots = robots_of(options, recorded);
   for (const fs::path& file : files) {
     scenes.push_back(load_station_scene(file, options.rate, robots));
     for (const std::uint32_t object : scenes.back()->meshes.left_out)
@@ -115,7 +116,7 @@ int replay_file(StationOptions options, const fs::path& folder) {
       fs::is_regular_file(header.script))
     options.scripts.emplace_back(header.script);
   // The flight as it was recorded, over the scenes as they are now.
-  const StationScenes scenes = load_scenes(options, folder);
+  const StationScenes scenes = load_scenes(options, folder, &header.rates);
   std::ifstream in = open_recording(options.replay);
   const station::Recording recording = read_recording(in, options.replay.string(), scenes);
   const std::size_t scene = scene_to_fly(recording.scene, scenes);
@@ -215,6 +216,18 @@ void print_address(const StationOptions& options, const Server& server) {
   program::print_now(fmt::format("http://{}:{}/{}\n", host, server.port(), token));
 }
 
+/// What the recording of a live flight begins with.
+station::Recording header_of(const StationOptions& options, const StationScene& scene) {
+  station::Recording header;
+  header.scene = scene.name;
+  header.rate = options.rate;
+  header.methods = options.methods;
+  header.dynamics = options.dynamics;
+  header.script = scene.file.string();
+  header.files = scene.files;
+  return header;
+}
+
 int fly(StationOptions options, const fs::path& folder) {
   const StationScenes scenes = load_scenes(options, folder);
   const std::size_t scene = scene_to_fly(options.scene, scenes);
@@ -227,15 +240,7 @@ int fly(StationOptions options, const fs::path& folder) {
   Session session(scenes, scene, options.methods, options.dynamics);
   Exchange exchange(most_frame_bytes(scenes));
   MergeJudge judge(scenes);
-  Recorder recorder(scenes, {scenes[scene]->name,
-                             options.rate,
-                             options.methods,
-                             {},
-                             0,
-                             {},
-                             options.dynamics,
-                             scenes[scene]->file.string(),
-                             scenes[scene]->files});
+  Recorder recorder(scenes, header_of(options, *scenes[scene]));
   options.outputs.patience = std::chrono::milliseconds(300);  // a signal ends it all within a second
   LiveOutputs outputs(options.outputs, session, name_of(options, *scenes[scene]));
   Server server(options.server, exchange, scenes, scene, options.rate, &recorder);

@@ -106,6 +106,15 @@ TEST_F(StationProgram, AFlightOfARobotReplaysToTheSameBits) {
   EXPECT_EQ(replayed.code, 0) << replayed.err << replayed.out;
   EXPECT_NE(replayed.out.find("the same bits as recorded"), std::string::npos) << replayed.out;
   EXPECT_EQ(replayed.out.find("are others"), std::string::npos) << replayed.out;
+  // The rates that it names are flown; without them the SSRMS's, as before there were others.
+  const std::string flight = read(file);
+  const std::size_t end = flight.find('\n'), rates = flight.find(R"("rates":{"mesh_arm":)");
+  ASSERT_LT(rates, end) << flight.substr(0, end);
+  const std::size_t next = flight.find("}},", rates + 40);
+  ASSERT_LT(next, end) << flight.substr(0, end);
+  const std::string older = flight.substr(0, rates) + flight.substr(next + 3);
+  replayed = run("--over box --replay " + write("older.jsonl", older).string());
+  EXPECT_NE(replayed.out.find("NOT the bits recorded"), std::string::npos) << replayed.out << replayed.err;
   // The earlier recording may be opened beside it.
   ASSERT_EQ(run("--over box --replay " + file + " --poses " + folder_.string()).code, 0);
   const Outcome opened = run("--over box --port 0 --seconds 0.1 --open " + (folder_ / "robot.csv").string() +

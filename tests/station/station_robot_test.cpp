@@ -6,9 +6,11 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <random>
+#include <sstream>
 
 #include "touchstone/contact_core/fit/mesh_distance.hpp"
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/station/exchange/recording.hpp"
 #include "touchstone/examples/station/flight/session.hpp"
 #include "touchstone/tests/station/station_scenes.hpp"
 #include "touchstone/tests/support/program_test.hpp"
@@ -181,6 +183,57 @@ TEST(StationHandScales, ReachIsThatOfTheLinksWhateverTheJointsDo) {
   for (JointDescription& joint : longer.joints)
     if (joint.name == "bend") joint.kind = JointKind::prismatic, joint.lower = -0.5, joint.upper = 0.25;
   EXPECT_NEAR(reach_of(Mechanism(longer)), reach + 0.5, 1e-12);
+}
+
+/// A flight upwards of 20 frames, recorded; hash of its poses behind.
+std::string recorded_flight(const StationScenes& scenes) {
+  Recording header;
+  header.scene = scenes[0]->name;
+  Recorder recorder(scenes, header);
+  Session session(scenes, 0, header.methods);
+  const HandInput up{{0.3, 0.0, 0.2}, {0.0, 0.4, 0.0}, 0.0, 0.0};
+  recorder.offer({0, up});
+  for (int frame = 0; frame < 20; ++frame) session.step(up);
+  recorder.end(session.frame(), session.hash());
+  return recorder.kept();
+}
+
+/// Whether it is replayed to the bits recorded.
+bool replays(const std::string& recorded) {
+  std::istringstream head(recorded), all(recorded);
+  const Recording header = read_header(head, "flight");
+  SceneRobots robots = in_boxes();
+  robots.recorded = &header.rates;
+  StationScenes scenes;
+  scenes.push_back(load_station_scene(kRobot, 50.0, robots));
+  const Recording recording = read_recording(all, "flight", scenes);
+  Session session(scenes, 0, recording.methods);
+  replay(recording, session);
+  return session.frame() == 20 && hash_text(session.hash()) == recording.hash;
+}
+
+TEST(StationRobot, RecordingsReplayAtTheRatesThatTheyWereFlownWith) {
+  StationScenes scenes;
+  scenes.push_back(load_station_scene(kRobot, 50.0, in_boxes()));
+  const std::string now = recorded_flight(scenes);
+  EXPECT_TRUE(replays(now));
+  // Without rates, as before there were others: the SSRMS's.
+  const SceneScales none;
+  SceneRobots before = in_boxes();
+  before.recorded = &none;
+  scenes[0] = load_station_scene(kRobot, 50.0, before);
+  EXPECT_EQ(scenes[0]->scales, HandScales{});
+  const auto without_rates = [](const std::string& flight) {
+    const std::size_t end = flight.find('\n');
+    nlohmann::json header = nlohmann::json::parse(flight.substr(0, end));
+    header.erase("rates");
+    return header.dump() + flight.substr(end);
+  };
+  EXPECT_TRUE(replays(without_rates(recorded_flight(scenes))));
+  EXPECT_FALSE(replays(without_rates(now))) << "rates say nothing";
+  // Rates that are none are refused by the header's line.
+  std::istringstream bad(R"({"station": 1, "scene": "a", "rate_hz": 50, "methods": 8, "rates": {"a": {}}})");
+  EXPECT_THROW(read_header(bad, "flight"), InputError);
 }
 
 TEST(StationMeshes, ThoseWithoutRoomAreNamedAndLeftToTheirHexahedra) {

@@ -79,6 +79,8 @@ std::string header_line(const Recording& recording) {
                {"dynamics", recording.dynamics},
                {"script", recording.script},
                {"files", recording.files}};
+  line["rates"] = json::object();
+  for (const auto& [name, scales] : recording.rates) line["rates"][name] = rates_json(scales);
   // What is no UTF-8 is replaced in a text, and would not be found again.
   if (!is_utf8(recording.script)) line["script_hex"] = hex_of(recording.script);
   return program::one_line(line) + "\n";
@@ -122,6 +124,8 @@ Recording read_header(std::istream& in, const std::string& name) {
     out.script = line.contains("script_hex") ? bytes_of(line.at("script_hex").get<std::string>())
                                              : line.value("script", "");
     out.files = line.value("files", "");
+    const json rates = line.value("rates", json::object());
+    for (const auto& [scene, scales] : rates.items()) out.rates[scene] = scales_of(scales);
     return out;
   } catch (const json::exception& error) {
     throw InputError(name + ":1: " + error.what());
@@ -182,8 +186,10 @@ struct Recorder::State {
   std::ofstream file;
 };
 
-Recorder::Recorder(const StationScenes& scenes, const Recording& header)
+Recorder::Recorder(const StationScenes& scenes, Recording header)
     : scenes_(&scenes), ring_(kRoom), state_(std::make_unique<State>()) {
+  for (const auto& scene : scenes)
+    if (!(scene->scales == HandScales{})) header.rates[scene->name] = scene->scales;
   write(header_line(header));
 }
 

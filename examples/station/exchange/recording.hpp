@@ -18,8 +18,8 @@ struct RecordedInput {
 };
 
 /// A recording is lines of JSON: a header {"station": 1, "scene": NAME, "rate_hz": R, "methods": BITS,
-/// "dynamics": BOOL, "script": FILE, "files": HEX}, inputs as they came into force, and {"frames": N, "hash":
-/// HEX} at the end, if it was ended.
+/// "dynamics": BOOL, "script": FILE, "files": HEX, "rates": {NAME: RATES}}, inputs as they came into force,
+/// and {"frames": N, "hash": HEX} at the end, if it was ended.
 struct Recording {
   std::string scene;
   double rate = 50.0;
@@ -29,6 +29,8 @@ struct Recording {
   std::string hash;          ///< empty: not given
   bool dynamics = false;
   std::string script = {}, files = {};  ///< of the scene: its file, and StationScene::files; empty: not given
+  /// Of scenes whose hands are not HandScales{}. Recordings of before there were others have none.
+  SceneScales rates = {};
 };
 
 std::string header_line(const Recording& recording);
@@ -51,8 +53,8 @@ void replay(const Recording& recording, Session& session, std::uint64_t frames =
 /// recording is incomplete then, and its end says so.
 class Recorder {
  public:
-  /// Keeps a reference; in memory alone, until open().
-  Recorder(const StationScenes& scenes, const Recording& header);
+  /// Keeps a reference; in memory alone, until open(). The header gets the scenes' rates.
+  Recorder(const StationScenes& scenes, Recording header);
   ~Recorder();
   /// Before the first input. @throws InputError: it is there and not empty, or cannot be written.
   void open(const std::filesystem::path& file);

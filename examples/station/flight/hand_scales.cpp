@@ -1,7 +1,10 @@
 #include "touchstone/examples/station/flight/hand_scales.hpp"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <numbers>
+
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::station {
 
@@ -15,6 +18,30 @@ HandScales hand_scales_of(double reach) {
   out.vernier_turn = out.coarse_turn * (ssrms.vernier_turn / ssrms.coarse_turn);
   out.joint = out.coarse_turn;
   out.slide = out.coarse;
+  return out;
+}
+
+nlohmann::json rates_json(const HandScales& scales) {
+  return {{"coarse", {{"translation", scales.coarse}, {"rotation", scales.coarse_turn}}},
+          {"vernier", {{"translation", scales.vernier}, {"rotation", scales.vernier_turn}}},
+          {"joint", scales.joint},
+          {"slide", scales.slide}};
+}
+
+HandScales scales_of(const nlohmann::json& rates) {
+  const auto rate = [](const nlohmann::json& value) {
+    const double out = value;
+    if (!(out > 0.0)) throw InputError("a rate that is not above 0");
+    return out;
+  };
+  const nlohmann::json &coarse = rates.at("coarse"), &vernier = rates.at("vernier");
+  HandScales out;
+  out.coarse = rate(coarse.at("translation"));
+  out.coarse_turn = rate(coarse.at("rotation"));
+  out.vernier = rate(vernier.at("translation"));
+  out.vernier_turn = rate(vernier.at("rotation"));
+  out.joint = rate(rates.at("joint"));
+  out.slide = rate(rates.at("slide"));
   return out;
 }
 

@@ -7,6 +7,7 @@
 
 #include "touchstone/adapters/scene_files/script_file.hpp"
 #include "touchstone/examples/robot_files/robot_files.hpp"
+#include "touchstone/examples/station/flight/hand_scales.hpp"
 #include "touchstone/examples/station/flight/object_meshes.hpp"
 #include "touchstone/examples/training_run/setting/setting.hpp"
 
@@ -16,8 +17,9 @@ namespace touchstone::station {
 struct SceneRobots {
   robot_files::RobotChoices choices = {};
   std::function<void(const std::string& account)> on_account =
-      {};                    ///< robot_files::account_of(); may be empty
-  bool shows_meshes = true;  ///< false: nobody looks, and no mesh is read for a picture
+      {};                                 ///< robot_files::account_of(); may be empty
+  bool shows_meshes = true;               ///< false: nobody looks, and no mesh is read for a picture
+  const SceneScales* recorded = nullptr;  ///< of a replay: hands' rates in place of those by reach
 };
 
 /// The robot that a scene flies; the station flies one.

@@ -180,13 +180,6 @@ json tasks_json(const StationScene& scene) {
   return out;
 }
 
-json rates_json(const HandScales& scales) {
-  return {{"coarse", {{"translation", scales.coarse}, {"rotation", scales.coarse_turn}}},
-          {"vernier", {{"translation", scales.vernier}, {"rotation", scales.vernier_turn}}},
-          {"joint", scales.joint},
-          {"slide", scales.slide}};
-}
-
 /// The files, and the robot, that a recording was flown with.
 std::string hash_of(std::span<const std::filesystem::path> files, std::string_view bits) {
   std::string bytes;
@@ -318,6 +311,10 @@ std::unique_ptr<const StationScene> load_station_scene(const std::filesystem::pa
   if (robot.is_flown()) {
     scene->view = std::min(kFarthestView, 2.0 * extent_of(scene->setting, *scene->arm()));
     scene->scales = hand_scales_of(reach_of(*scene->arm()->mechanism));
+  }
+  if (robots.recorded != nullptr) {
+    const auto recorded = robots.recorded->find(scene->name);
+    scene->scales = recorded == robots.recorded->end() ? HandScales{} : recorded->second;
   }
   if (robots.shows_meshes) scene->meshes = place_meshes(find_meshes(file, scene->setting, robot, robots));
   return scene;

@@ -53,7 +53,7 @@ struct StationScene {
   /// How far from the hand the main camera starts [m]; other cameras stand in proportion. Of a robot of
   /// others twice its extent_of() at the start, but no more than of our arms.
   double view = kFarthestView;
-  HandScales scales;    ///< of a robot of others by its reach
+  HandScales scales;    ///< of a robot of others by its reach; of a replay as recorded
   ObjectMeshes meshes;  ///< of the robot that is flown, where its file has some
 
   /// Null: the hand flies a free object.
