@@ -275,6 +275,10 @@ TEST_F(StationServer, SaysHelloAndTheSceneBeforeItsFrames) {
   for (const char* type : {"hello", "scene", "state"}) {
     ASSERT_TRUE(page.read());
     EXPECT_EQ(page.json()["type"], type);
+    if (type == std::string("hello")) {
+      EXPECT_EQ(page.json()["version"], 2);
+    }
+    EXPECT_EQ(page.json().contains("rates"), type == std::string("scene"));
   }
   const std::string frame = page.wait_for_frame();
   EXPECT_EQ(at<std::uint32_t>(frame, 0), kFrameMagic);

@@ -42,7 +42,7 @@ class FakeSocket extends EventTarget {
     this.readyState = 1;
     this.onopen?.({});
     const methods = [['no check', 'every command is carried out'], ['figure 1', 'the image generator reports contacts 100 ms late'], ['figure 2', 'the first build'], ['ours', 'contact world']];
-    this.text({type: 'hello', version: 1, client: 1, rate_hz: fake.rate, station_us: this.clock(), scenes: [{name: 'made_up', title: 'Made up'}, {name: 'other', title: 'Other'}], scene: fake.name,
+    this.text({type: 'hello', version: 2, client: 1, rate_hz: fake.rate, station_us: this.clock(), scenes: [{name: 'made_up', title: 'Made up'}, {name: 'other', title: 'Other'}], scene: fake.name,
       methods: methods.map(([name, what]) => ({name, what})), limits: {late_us: 150000}});
     this.text(scene());
     this.text({type: 'state', frame: 0, ...this.state});

@@ -236,7 +236,7 @@ std::string hello_json(const StationScenes& scenes, std::size_t scene, std::uint
     names.push_back({{"name", each->name}, {"title", each->setting.script().name}});
   return program::one_line(
       json{{"type", "hello"},
-           {"version", 1},
+           {"version", 2},
            {"client", client},
            {"rate_hz", rate},
            {"station_us", station_us()},
