@@ -32,8 +32,8 @@ constexpr std::size_t kPlansAtOnce = 4;
 constexpr std::size_t kNearInLane = 512;
 
 /// A rigid body's sub-step that gains less than this share of Slider::start_distance is not its last because
-/// its plan says so. With it the one drawer of 1 000 that stood still on its way round a corner goes on;
-/// which smaller share would do is not known.
+/// its plan says so. The one drawer of 1 000 that stood still on its way round a corner goes on with
+/// 0.01 and with 0.025 as well, not with 0.
 constexpr double kLittleGain = 0.05;
 
 bool turns_too_far(const CarriedPath& path, double stop) {
