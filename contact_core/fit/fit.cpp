@@ -311,7 +311,7 @@ std::optional<Fit> best_of_tries(const View& view, const Parts& parts, const Fit
                                         best ? best->hexahedra.size() : kAny, record);
     if (fit && keeps_to(*fit, options) && (!best || is_better(*fit, *best))) best = std::move(fit);
   }
-  if (best || record.has_uncovered()) return best;
+  if (best) return best;
   // The search filters; where that let something through, it looks again with less to spend.
   for (const double share : kSmallerShares) {
     std::optional<Fit> fit = fit_within(view, parts, options, {share, 0.0}, kAny, record);
