@@ -80,7 +80,7 @@ TEST(CoverProof, AShaftThatStepsIsCovered) {
     }
   }
   FitOptions options;
-  options.over = 0.002;
+  options.over = 0.004;  // for less the widest of its cones, at 56 degrees, is left to cells
   options.repairs = 3;
   const Fit fit = fit_hexahedra(shaft, options);
   EXPECT_LE(fit.pieces, 1000U);
