@@ -80,19 +80,26 @@ struct Crane {
   static std::vector<double> corners(const Hexahedron& solid) { return c_interface::corners_of({&solid, 1}); }
 };
 
+/// A cube that stops the crane's beam.
+void put_wall(const OwnedWorld& world, const Crane& crane, touchstone_mechanism arm, touchstone_object& wall,
+              touchstone_object& beam) {
+  const touchstone_pose aside = c_pose(at(0, 1.0, 0.6));
+  ASSERT_EQ(touchstone_add_object(world.get(), "wall", crane.hook.data(), 1, &aside, 1, &wall),
+            TOUCHSTONE_OK);
+  ASSERT_EQ(touchstone_get_link(world.get(), arm, "beam", &beam), TOUCHSTONE_OK);
+  ASSERT_EQ(touchstone_set_policy(world.get(), beam, wall, TOUCHSTONE_ADVANCE, 0.0), TOUCHSTONE_OK);
+}
+
 TEST(CMechanism, ACraneStopsAtAWallAndAtItsLimit) {
   const OwnedWorld world = made_world();
   const Crane crane;
-  const touchstone_pose origin = c_pose(Pose{}), aside = c_pose(at(0, 1.0, 0.6));
+  const touchstone_pose origin = c_pose(Pose{});
   touchstone_mechanism arm = 0;
   ASSERT_EQ(touchstone_add_mechanism(world.get(), &crane.description, &origin, nullptr, 0, &arm),
             TOUCHSTONE_OK)
       << touchstone_error();
   touchstone_object wall = 0, beam = 0;
-  ASSERT_EQ(touchstone_add_object(world.get(), "wall", crane.hook.data(), 1, &aside, 1, &wall),
-            TOUCHSTONE_OK);
-  ASSERT_EQ(touchstone_get_link(world.get(), arm, "beam", &beam), TOUCHSTONE_OK);
-  ASSERT_EQ(touchstone_set_policy(world.get(), beam, wall, TOUCHSTONE_ADVANCE, 0.0), TOUCHSTONE_OK);
+  ASSERT_NO_FATAL_FAILURE(put_wall(world, crane, arm, wall, beam));
   const touchstone_report report = moved(world, arm, {1.5, 0.9});
   // The beam is 0.1 m wide and the wall a cube of 0.1 m at y = 1: they meet at the cube's corner (0.05,
   // 0.95).
@@ -154,17 +161,14 @@ TEST(CMechanism, ARoundedBeamStopsAtItsRadius) {
   crane.links[1].corners = crane.beam.data();
   const double radius = 0.05;
   const std::array<const double*, 3> radii = {nullptr, &radius, nullptr};
-  const touchstone_pose origin = c_pose(Pose{}), aside = c_pose(at(0, 1.0, 0.6));
+  const touchstone_pose origin = c_pose(Pose{});
   touchstone_mechanism arm = 0;
   ASSERT_EQ(touchstone_add_rounded_mechanism(world.get(), &crane.description, radii.data(), nullptr, &origin,
                                              nullptr, 0, &arm),
             TOUCHSTONE_OK)
       << touchstone_error();
   touchstone_object wall = 0, beam = 0;
-  ASSERT_EQ(touchstone_add_object(world.get(), "wall", crane.hook.data(), 1, &aside, 1, &wall),
-            TOUCHSTONE_OK);
-  ASSERT_EQ(touchstone_get_link(world.get(), arm, "beam", &beam), TOUCHSTONE_OK);
-  ASSERT_EQ(touchstone_set_policy(world.get(), beam, wall, TOUCHSTONE_ADVANCE, 0.0), TOUCHSTONE_OK);
+  ASSERT_NO_FATAL_FAILURE(put_wall(world, crane, arm, wall, beam));
   EXPECT_EQ(moved(world, arm, {1.5, 0.0}).blocked_movers, 1u);
   // The cube's corner at (0.05, 0.95) is the radius away from the beam's middle line, not from its rounded
   // end: 0.951 m along a line of 1 m.

@@ -196,14 +196,19 @@ TEST(IslandSolver, ADriveGivesItsLimitAtMost) {
   }
 }
 
-/// Two walls that close at 1 m/s on a cube: nothing satisfies both. The answer is finite, and next time comes
-/// without the attempts.
-TEST(IslandSolver, ContradictoryContactsYield) {
+/// Two walls that close at 1 m/s on a cube: nothing satisfies both.
+Rows closing_walls() {
   Rows group;
   const std::uint32_t cube = group.add_cube(1.0);
   group.add_contact(kNoUnit, cube, {1, 0, 0}, {0, 0, 0}, {-0.5, 0, 0}, {-1, 0, 0}, 0.5);
   group.add_contact(kNoUnit, cube, {-1, 0, 0}, {0, 0, 0}, {0.5, 0, 0}, {1, 0, 0}, 0.5);
   group.rows.commanded = {-1.0, -1.0};
+  return group;
+}
+
+/// The answer is finite, and next time comes without the attempts.
+TEST(IslandSolver, ContradictoryContactsYield) {
+  Rows group = closing_walls();
   Solver solver;
   EXPECT_EQ(solver.solve(group.rows).contradictory, 1u);
   for (const double x : group.rows.x) EXPECT_TRUE(std::isfinite(x));
@@ -214,11 +219,7 @@ TEST(IslandSolver, ContradictoryContactsYield) {
 
 /// A soft answer whose work ends says nothing: what was proven before still holds.
 TEST(IslandSolver, ContradictionsAreNotForgottenWhereWorkEnds) {
-  Rows group;
-  const std::uint32_t cube = group.add_cube(1.0);
-  group.add_contact(kNoUnit, cube, {1, 0, 0}, {0, 0, 0}, {-0.5, 0, 0}, {-1, 0, 0}, 0.5);
-  group.add_contact(kNoUnit, cube, {-1, 0, 0}, {0, 0, 0}, {0.5, 0, 0}, {1, 0, 0}, 0.5);
-  group.rows.commanded = {-1.0, -1.0};
+  Rows group = closing_walls();
   Solver solver;
   EXPECT_EQ(solver.solve(group.rows).contradictory, 1u);
   // Walls that also shift and slip take more than the one Newton step that little work allows.
