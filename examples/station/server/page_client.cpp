@@ -16,8 +16,11 @@ namespace http = beast::http;
 namespace websocket = beast::websocket;
 
 constexpr const char* kSubprotocol = "touchstone-station-1";
-/// Frames on their way to a page that says which it has seen.
-constexpr std::uint64_t kMostUnseen = 2;
+/// A page that says which frames it has seen gets the next one then. Two on their way would each wait for a
+/// turn of a busy page, which takes one in each: the second would be a turn older than it must. Only where
+/// the first waits for longer than this and than three quarters of what the last such one took, a second
+/// follows it: a page with few turns takes both in the next, and shows the newer [us].
+constexpr double kLongUnseen = 100e3;
 /// A page sends a hundred messages a second: what is beyond these is a flood.
 constexpr std::size_t kMostMessagesASecond = 2000, kMostBytesASecond = std::size_t{4} << 20U;
 /// Most that the kernel may hold for a client that is slow to read: newer frames are worth more [bytes].
@@ -212,8 +215,11 @@ void PageClient::take(const ControlMessage& message) {
 void PageClient::take(const SeenMessage& message) {
   reports_seen_ = true;
   // Frames are seen in the order in which they were sent.
-  for (std::uint64_t i = frames_seen_; i < frames_sent_; ++i)
-    if (sent_[i % sent_.size()].frame == message.frame) frames_seen_ = i + 1;
+  for (std::uint64_t i = frames_seen_; i < frames_sent_; ++i) {
+    if (sent_[i % sent_.size()].frame != message.frame) continue;
+    if (i == first_unseen_) first_took_us_ = station_us() - sent_[i % sent_.size()].sent_us;
+    frames_seen_ = i + 1;
+  }
   pump();
 }
 
@@ -274,8 +280,10 @@ void PageClient::tell(std::shared_ptr<const std::string> text, Text about) {
 }
 
 bool PageClient::may_send_frame() const {
-  return sent_serial_ < host_.frame_serial && host_.frame.size() >= kFrameHeader &&
-         (!reports_seen_ || frames_sent_ - frames_seen_ < kMostUnseen);
+  if (sent_serial_ >= host_.frame_serial || host_.frame.size() < kFrameHeader) return false;
+  if (!reports_seen_ || frames_sent_ == frames_seen_) return true;
+  const double waits = station_us() - sent_[frames_seen_ % sent_.size()].sent_us;
+  return frames_sent_ - frames_seen_ == 1 && waits > std::max(kLongUnseen, 0.75 * first_took_us_);
 }
 
 void PageClient::pump() {
@@ -322,6 +330,7 @@ void PageClient::send_frame() {
 
 void PageClient::note_sent() {
   const std::span<const std::uint8_t> bytes = frame_;
+  if (frames_sent_ == frames_seen_) first_unseen_ = frames_sent_;
   Sent& sent = sent_[frames_sent_++ % sent_.size()];
   sent.frame = value_at<std::uint64_t>(bytes, 8);
   sent.input = {value_at<std::uint32_t>(bytes, 64), value_at<std::uint32_t>(bytes, 68),
