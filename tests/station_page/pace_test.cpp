@@ -200,6 +200,41 @@ TEST_F(StationPace, PicturesOfWhatIsLookedBackAtDoNotQueueEither) {
   EXPECT_LE(value("touchstoneStation.station.pending.length"), 2);
 }
 
+TEST_F(StationPace, AFrameThatLayInTheBrowserGivesWayToANewerOne) {
+  // `take(frame, ago)`: a frame of this number that was sent so many ms ago is taken now.
+  value(R"((() => {
+    const {link, picture, station} = touchstoneStation, takeFrame = link.takeFrame.bind(link), draw = picture.draw.bind(picture);
+    window.shown = [];
+    link.takeFrame = data => { window.last = data; takeFrame(data); };
+    picture.draw = (frame, ...of) => { window.shown.push(frame.frame); draw(frame, ...of); };
+    window.take = (frame, ago) => {
+      const view = new DataView(window.last.slice(0));
+      view.setBigUint64(8, BigInt(frame), true);
+      view.setFloat64(56, performance.now() * 1000 + link.offset - 1000 * ago, true);
+      station.dirty = true;
+      takeFrame(view.buffer);
+    };
+  })())");
+  ASSERT_TRUE(becomes_true("window.last && (fake.dead = true)"));
+  const std::string idle =
+      "!touchstoneStation.link.newest && !touchstoneStation.station.pending.length && "
+      "!touchstoneStation.station.dirty";
+  ASSERT_TRUE(becomes_true(idle));
+  // Nothing newer comes: it is shown all the same.
+  value("shown.length = 0; take(900001, 60)");
+  EXPECT_TRUE(becomes_true("shown.includes(900001)"));
+  ASSERT_TRUE(becomes_true(idle));
+  // A newer one comes after the page's turn began to wait for it.
+  value("shown.length = 0; take(900002, 60); requestAnimationFrame(() => take(900003, 0))");
+  EXPECT_TRUE(becomes_true("shown.includes(900003)"));
+  EXPECT_EQ(value("shown.includes(900002)"), false);
+  ASSERT_TRUE(becomes_true(idle));
+  // One that came at once is drawn in the page's turn, before our own.
+  value("shown.length = 0; take(900004, 0); requestAnimationFrame(() => { window.inTurn = [...shown]; })");
+  EXPECT_TRUE(becomes_true("window.inTurn"));
+  EXPECT_EQ(value("window.inTurn.includes(900004)"), true);
+}
+
 TEST_F(StationPace, CctvPicturesThatWaitHaveTheirTurnsWhereNothingChanges) {
   value(R"((() => {
     const {pace, picture, station} = touchstoneStation;

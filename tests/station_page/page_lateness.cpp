@@ -18,7 +18,7 @@ using touchstone::station::RunningStation;
 // By kind, [ms since now, figures]: hand to picture and level; what a picture took; a turn of the page that
 // was long; a level left; a picture of all screens. Of the last second and a half alone.
 constexpr const char* kWatch = R"js((() => {
-  const {latency, pace, picture} = touchstoneStation, log = [], from = performance.now();
+  const {latency, pace, picture, link} = touchstoneStation, log = [], from = performance.now();
   window.late = [];
   const note = (kind, ...of) => {
     log.push([performance.now(), kind, ...of]);
@@ -38,6 +38,12 @@ constexpr const char* kWatch = R"js((() => {
   after(pace, 'add', took => note('picture', took));
   after(pace, 'lower', by => note('less', by));
   after(pace, 'raise', () => note('more'));
+  after(link, 'takeFrame', data => {
+    const view = new DataView(data);
+    note('arrives', Number(view.getBigUint64(8, true)) % 1000, view.getUint32(68, true) % 1000, (performance.now() * 1000 + link.offset - view.getFloat64(48, true)) / 1000);
+  });
+  after(link, 'input', () => note('hand', (link.number + 1) % 1000));
+  after(picture, 'draw', frame => note('draws', frame.frame % 1000, frame.inputNumber % 1000));
   after(picture, 'choose', (screens, all) => { if (all) note('all screens', screens.length); });
   let last = null;
   after(pace, 'turned', now => { if (last !== null && now - last > 40) note('long turn', now - last); last = now; });

@@ -7,10 +7,11 @@ import {Clock} from './clock.js';
 const now = () => performance.now() * 1000;  // browser's clock [us]
 
 export class Link extends EventTarget {
-  // `address`: of the WebSocket. Events: `text` (detail: the message), `connection` (detail: true, false).
+  // `address`: of the WebSocket. Events: `text` (detail: the message), `connection` (detail: true, false). `onFrame`, where there is one, is
+  // called when a frame was taken.
   constructor(address) {
     super();
-    Object.assign(this, {address, newest: null, undrawn: 0, unread: 0, offset: 0, rtt: Infinity, number: 0, wait: 250, client: 0});
+    Object.assign(this, {address, newest: null, underWay: 0, onFrame: null, undrawn: 0, unread: 0, offset: 0, rtt: Infinity, number: 0, wait: 250, client: 0});
     this.clock = new Clock();
     this.connect();
     this.pingOn();
@@ -57,6 +58,7 @@ export class Link extends EventTarget {
     if (data.byteLength >= 16) this.send({type: 'seen', frame: Number(new DataView(data).getBigUint64(8, true))});
     if (this.newest) ++this.undrawn;  // it will never be shown: the newer one wins
     this.newest = data;
+    this.onFrame?.();
   }
 
   // The newest frame if it has not been taken yet, else null. Only what is shown is read.
@@ -84,10 +86,11 @@ export class Link extends EventTarget {
     Object.assign(this, this.clock.known);
   }
 
-  // A frame says when it was sent, and when a hand of this page was received.
+  // A frame says when it was sent, and when a hand of this page was received. `underWay`: of the newest, from sent to taken [ms].
   noteTimes(frame) {
     const arrived = now();
     this.clock.here(arrived, frame.getFloat64(56, true));
+    this.underWay = (arrived + this.offset - frame.getFloat64(56, true)) / 1000;
     if (frame.getUint32(64, true) === this.client) this.clock.there(arrived, frame.getFloat64(24, true), frame.getFloat64(32, true));
     Object.assign(this, this.clock.known);
   }

@@ -7,6 +7,8 @@ import {aim, drawFrame} from './drawing.js';
 import {showCue, showPanels} from './read_outs.js';
 import {playOn} from './looking_back.js';
 
+// A frame that came this long after it was sent lay in the browser while a turn was long; for a newer one the page waits so long at most [ms].
+const long = 25, patience = 6;
 const givenUp = 2000;  // a drawing that is not known to have ended is taken to have, so that pictures go on [ms]
 
 function keep(list, value, most) {
@@ -99,7 +101,24 @@ export function turnOfLoop(now) {
   if (!station.scene || parts.renderer.lost) return;
   if (station.playing && station.frame) playOn(now);
   // No queue of pictures: while two are being drawn the newest frame waits, or a newer one takes its place.
-  if (station.pending.length >= 2 || now - (station.drawnAt || 0) < parts.pace.level.apart) return;
+  if (station.awaits || station.pending.length >= 2 || now - (station.drawnAt || 0) < parts.pace.level.apart) return;
+  if (parts.link.newest && parts.link.underWay > long) awaitNewer();
+  else showNewest(now);
+}
+
+// The newest frame lay in the browser: the station hears only now that it was taken, and sends the newest that it has. That one is drawn,
+// unless it takes too long to come.
+function awaitNewer() {
+  const show = () => {
+    clearTimeout(station.awaits);
+    station.awaits = parts.link.onFrame = null;
+    if (station.scene && !parts.renderer.lost) showNewest(performance.now());
+  };
+  station.awaits = setTimeout(show, patience);
+  parts.link.onFrame = show;
+}
+
+function showNewest(now) {
   const buffer = parts.link.newest, frame = parts.link.take();
   if (frame) noticeLostScene(frame, now);
   if (frame && isShown(frame)) {
