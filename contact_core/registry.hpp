@@ -16,7 +16,7 @@ namespace touchstone {
 /// start.
 class BackendRegistry {
  public:
-  /// A fine check and how to make one; every call of `make` gives an instance of its own, not yet built.
+  /// A fine check and how to make one; every call of `make` returns a new instance, not yet built.
   struct NarrowphaseEntry {
     std::string name;
     std::string description;  ///< one line, with library and version

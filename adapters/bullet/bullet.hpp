@@ -13,7 +13,7 @@
 namespace touchstone {
 
 /// Narrowphase `bullet`: btBoxBoxDetector for two boxes, else what btConvexConvexAlgorithm runs:
-/// btGjkPairDetector on convex hulls. The box detector says nothing about boxes that are apart: such a pair
+/// btGjkPairDetector on convex hulls. The box detector gives no answer for boxes that are apart: such a pair
 /// is `separated` under overlap, `separated` with NaN geometry and no points under manifold, and
 /// `unsupported` under distance (unless max_separation <= 0, which answers it). Up to 4 manifold points for
 /// boxes (the detector culls to 4), 1 for hulls. It prefers faces over edges, so a depth may be too large by

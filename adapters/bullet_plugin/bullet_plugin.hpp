@@ -9,7 +9,7 @@
 /// @file
 /// Our check inside Bullet, in place of the engine's own, for boxes and hexahedral hulls. Bullet's headers
 /// are not needed here. The library `touchstone::bullet_plugin` is for Bullet in double precision (compile
-/// with BT_USE_DOUBLE_PRECISION, as pkg-config's bullet-float64 says), `touchstone::bullet_plugin_single` for
+/// with BT_USE_DOUBLE_PRECISION, as pkg-config's bullet-float64 does), `touchstone::bullet_plugin_single` for
 /// the stock build; the wrong one does not link.
 ///
 ///     btCollisionDispatcher dispatcher(&configuration);
@@ -40,9 +40,9 @@
 /// made of touching (an ulp of the larger coordinate along the normal) is 0 in a manifold that the solver
 /// gets, not in the answer to a query.
 ///
-/// Capture. With an observer (say, a PairCapture of adapters/scene_files) each pair, its poses and the answer
-/// are passed to it, ours or, with EngineCheck::own, the engine's; a hull's margin is taken out of the answer
-/// then.
+/// Capture. With an observer (such as a PairCapture of adapters/scene_files) each pair, its poses and the
+/// answer are passed to it, ours or, with EngineCheck::own, the engine's; a hull's margin is taken out of the
+/// answer then.
 ///
 /// Memory. An algorithm is smaller than an element of the default configuration's pool; the constructor
 /// throws where it is not (Bullet would write beyond the element in release builds). Nothing is allocated in

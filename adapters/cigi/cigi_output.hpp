@@ -11,7 +11,7 @@
 
 namespace touchstone {
 
-/// How an object is called at the image generator.
+/// An object's name and number at the image generator.
 struct CigiEntity {
   std::string object;      ///< its name
   std::uint16_t id = 1;    ///< unique; 0 is the ownship
@@ -19,7 +19,7 @@ struct CigiEntity {
   Pose X_OE;               ///< the model's axes (x forward, y right, z down) in the object's frame
 };
 
-/// Where to send, and as what. The defaults are those of a scene attached to entity 0.
+/// The receiver, and how the scene is placed for it. The defaults are those of a scene attached to entity 0.
 struct CigiOptions {
   std::string host = "127.0.0.1";
   std::uint16_t port = 8004;

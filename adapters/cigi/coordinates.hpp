@@ -28,8 +28,8 @@ Geodetic geodetic_from(const Vector3& p_C);
 /// R_CN: columns north, east, down.
 Matrix3 north_east_down(const Geodetic& place);
 
-/// A scene on or in another entity (a station, say) whose own place is somebody else's business. The choice
-/// for scenes of metres: positions go out as they are, in metres and doubles.
+/// A scene on or in another entity (such as a station) that somebody else places. Suits scenes of metres:
+/// positions are sent as they are, in metres and doubles.
 struct AttachedTo {
   std::uint16_t parent = 0;
   Pose X_PW;  ///< the world in the parent's axes; z_up() where the world's z is up
@@ -41,7 +41,7 @@ struct OnEarth {
   Pose X_NW;  ///< the world in north, east, down at `origin`; z_up() where its x is north, its y west, z up
 };
 
-/// Where the world is for the image generator.
+/// The place of the world for the image generator.
 using Anchor = std::variant<AttachedTo, OnEarth>;
 
 /// Half a turn about x: from axes with z up to axes with z down.

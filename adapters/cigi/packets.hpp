@@ -9,7 +9,7 @@
 /// @file
 /// Packets of the Common Image Generator Interface 3.3, after its Interface Control Document (Boeing
 /// TST08I016, 2008), sections 4.1.1, 4.1.2 and 4.2.1. Written big-endian; the byte swap magic number of the
-/// first packet tells a receiver so. Read in either order.
+/// first packet marks this order. Both orders are read.
 
 namespace touchstone::cigi {
 
@@ -40,8 +40,8 @@ struct IgControl {
 /// An entity's state, as the packet numbers it.
 enum class EntityState : std::uint8_t { standby = 0, active = 1, destroyed = 2 };
 
-/// Where an entity is. An entity's axes: x forward, y to the right, z down. Angles turn it by yaw about z,
-/// then by pitch about the new y, then by roll about the new x: R = Rz(yaw) Ry(pitch) Rx(roll).
+/// The place of an entity. An entity's axes: x forward, y to the right, z down. Angles turn it by yaw about
+/// z, then by pitch about the new y, then by roll about the new x: R = Rz(yaw) Ry(pitch) Rx(roll).
 struct EntityControl {
   std::uint16_t id = 0;  ///< 0 is the ownship
   EntityState state = EntityState::active;
@@ -81,7 +81,8 @@ void encode(const IgControl& packet, std::span<std::byte, kIgControlBytes> out) 
 /// @copydoc encode(const IgControl&, std::span<std::byte, kIgControlBytes>)
 void encode(const EntityControl& packet, std::span<std::byte, kEntityControlBytes> out) noexcept;
 
-/// Of a message that begins with one, of version 3.2 or 3.3; nothing else of the message is looked at.
+/// Reads the Start of Frame that a message begins with, of version 3.2 or 3.3; the rest of the message is not
+/// read.
 std::optional<StartOfFrame> decode_start_of_frame(std::span<const std::byte> message) noexcept;
 
 }  // namespace touchstone::cigi

@@ -8,7 +8,7 @@
 
 namespace touchstone {
 
-/// Where two faces overlap, seen along a normal. Computed in doubles: good to about 1e-15 of the solids'
+/// The overlap of two faces, seen along a normal. Computed in doubles: good to about 1e-15 of the solids'
 /// size.
 struct ContactPatch {
   static constexpr int kMaxVertices = 8;  ///< two quadrilaterals clipped

@@ -17,14 +17,15 @@
 ///    boxes that rest on each other (0.7.0, ComputeVisiblePatch).
 ///  * manifold: fcl::collide's contacts, up to 8 of two boxes, one of other pairs; of pairs apart the nearest
 ///    points. A contact's `pos` is taken to be half-way between the surfaces; feature_id is 0.
-///  * Of depths nothing is claimed (Resolution::of_depth is infinite): two boxes prefer faces, MPR takes the
+///  * Depths carry no claim (Resolution::of_depth is infinite): two boxes prefer faces, MPR takes the
 ///    depth where a ray from an inner point leaves. Those of `fcl_indep` are `unsupported`, and with them its
 ///    manifolds: its EPA gave 0.125 and 0.488 for one pair in its two orders.
 ///  * Distances are within the declared resolution as measured (pair families, and pairs captured in engines:
 ///    up to 3.7e-4 S off, `fcl_indep` 7.9e-3), not as proven.
 ///  * The normal of a pair apart is along its two nearest points: where these coincide there is none, and the
-///    pair is `failed`. So it is where FCL throws, or says neither apart nor in contact, and with coordinates
-///    beyond 1e75. Closer to touching than 1e-6 (1 + S), the pair is `undecided` where geometry is asked.
+///    pair is `failed`. It also is where FCL throws, where it reports neither apart nor in contact, and with
+///    coordinates beyond 1e75. Closer to touching than 1e-6 (1 + S), the pair is `undecided` where geometry
+///    is asked.
 ///
 /// Memory: FCL and libccd allocate in most calls. Threads: any, each with its own workspace.
 

@@ -13,10 +13,10 @@
 ///  * No depths from `libccd_gjk` (`unsupported`): ccdGJKPenetration's EPA ends at once where GJK's last
 ///    simplex has the origin on its boundary, and gives 0 for boxes that are 0.125 deep (tests/libccd).
 ///  * One point a contact, no manifold: QueryKind::manifold is `unsupported`.
-///  * MPR takes the depth where a ray from an inner point leaves, which need not be near the minimum: of
-///    depths nothing is claimed (Resolution::of_depth is infinite). Witness points: the library's point,
-///    moved by half the depth either way (assumed, not known, to be on the surfaces).
-///  * A search that ends at the iteration limit, without contact, has said nothing: `undecided`. A depth that
+///  * MPR takes the depth where a ray from an inner point leaves, which need not be near the minimum:
+///    depths carry no claim (Resolution::of_depth is infinite). Witness points: the library's point, moved by
+///    half the depth in both directions (assumed to be on the surfaces).
+///  * A search that ends at the iteration limit, without contact, gives `undecided`. A depth that
 ///    is not converged, not finite or has no direction (exact touch) is `failed`; so are coordinates beyond
 ///    1e75.
 ///

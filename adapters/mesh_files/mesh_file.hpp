@@ -19,14 +19,14 @@ namespace touchstone {
 
 /// Which axis of the file points up, and so becomes z. Nothing is guessed from a file's name or shape.
 enum class UpAxis : std::uint8_t {
-  as_written,  ///< coordinates stay as they are in the file, whatever it says (what URDF readers do)
+  as_written,  ///< coordinates stay as they are in the file, whatever it states (as URDF readers do)
   stated,      ///< what the file states: DAE's `up_axis`; an error for formats that state none
   x,
   y,
   z,
 };
 
-/// Of "as-written", "stated", "x", "y" and "z"; nothing for any other text.
+/// Parses "as-written", "stated", "x", "y" and "z"; nothing for any other text.
 std::optional<UpAxis> up_axis_of(std::string_view text);
 /// The text of it.
 const char* to_string(UpAxis up);

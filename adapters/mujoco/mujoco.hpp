@@ -4,9 +4,9 @@
 
 /// @file
 /// MuJoCo's own check, double precision, as narrowphase `mujoco`: what its table mjCOLLISIONFUNC holds for
-/// boxes and meshes, called for one pair at margin 0, with MuJoCo's default options. What is said of its
-/// errors was measured with Debian's MuJoCo 2.2.2; compiled with the headers of a later version
-/// (tried: 3.3.7, 3.10, 3.17, 4.0) it answers as that one does.
+/// boxes and meshes, called for one pair at margin 0, with MuJoCo's default options. The errors stated here
+/// were measured with Debian's MuJoCo 2.2.2; compiled with the headers of a later version (tried: 3.3.7,
+/// 3.10, 3.17, 4.0) it answers as that one does.
 ///
 /// Solids are static geoms of one model that MuJoCo compiles in build(): boxes are box geoms, other hexahedra
 /// mesh geoms. Of these MuJoCo keeps single-precision vertices, about the mesh's centre of mass and along its

@@ -29,9 +29,9 @@
 /// the child must move), `ode` all but these, arms and latches: its sweeps do not converge on joints between
 /// unequal masses. Hexahedra that are no boxes with `native` alone (ODE's own check of convexes ends in
 /// numbers that are none). Stops further than pi from a joint's start are refused. ode_direct fails a step
-/// where ODE reports that its method broke down (LCP internal error). It did so where contacts say the same
-/// to the bit, as the corners of a box at rest do with our check, so that pivots tie: ODE gets each of ours
-/// 1e-15 to 3e-15 m deeper, by turns.
+/// where ODE reports that its method broke down (LCP internal error). It did so where contacts repeat each
+/// other to the bit, as the corners of a box at rest do with our check, so that pivots tie: ODE gets each of
+/// ours 1e-15 to 3e-15 m deeper, by turns.
 
 namespace touchstone {
 

@@ -20,8 +20,8 @@
 /// asked for and at most 8, the deepest first among those kept, of the others those with the largest area;
 /// with CONTACTS_UNIMPORTANT any of them. `skip` is the stride from one contact to the next.
 ///
-/// ODE asks for a pair of one class in reversed order (its table says so for every override) and turns the
-/// answer round; the answer is the same either way.
+/// ODE asks for a pair of one class in reversed order (by its table, for every override) and reverses the
+/// answer; the answer is the same in both orders.
 ///
 /// Two boxes of which one has a side of 0 go to ODE's dBoxBox. Nothing answers for such a box against a
 /// hexahedron geom, for a geom of its class that was made without a solid (dCreateGeom), for a hexahedron
@@ -38,7 +38,7 @@ struct dContactGeom;
 namespace touchstone {
 
 /// Ours for pairs of boxes in the whole process, while one of these lives; then what was there. ODE does not
-/// say what that is: a program that has overridden box against box itself names its collider here.
+/// reveal what that is: a program that has overridden box against box itself names its collider here.
 class OdeBoxOverride {
  public:
   /// ODE's dColliderFn.
@@ -77,7 +77,7 @@ std::uint64_t ode_native_refusals();
 ///   a cylinder that is 0.03 m in a face.
 /// - trimeshes and height fields: refused, no contacts, counted by ode_native_refusals(). (ODE's check of
 ///   convexes ends the process where a mesh has no face angles.)
-/// Geoms of other user classes meet it only if they say how.
+/// Geoms of other user classes meet it only where they bring a collider for it.
 /// @param space may be null
 /// @param inside whose answers decide about it and others of its kind with the same one; null: native's. Two
 /// geoms with different ones, and one with another than native's and a dBox, are refused and counted. Planes

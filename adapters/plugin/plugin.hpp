@@ -8,8 +8,8 @@
 /// @file
 /// Backends in shared libraries, loaded at run time: c_interface/touchstone_plugin.h is what such a library
 /// exports. It answers in this process: what crashes there ends the process (compare_backends therefore asks
-/// plug-ins in a worker process; adapters/process_engine is the safe form). Its answers are not believed
-/// unseen: see narrowphase/answer_check.hpp; the first that is broken is said on stderr, all count as
+/// plug-ins in a worker process; adapters/process_engine is the safe form). Its answers are checked first
+/// (narrowphase/answer_check.hpp); the first broken one is reported on stderr, and all broken ones count as
 /// `failed`.
 
 namespace touchstone {

@@ -29,8 +29,9 @@ struct ProcessEngineOptions {
   /// An engine that neither takes nor gives a byte for so long hangs; it may start for kLimitsOfAStart of
   /// that.
   std::chrono::milliseconds time_limit{2000};
-  /// Of one workspace; then its pairs are `failed` unasked. After 4 (max_restarts + 1) failures in a row
-  /// without an answer between them, counted over all workspaces, no process is started again in any.
+  /// The restarts of one workspace; after them its pairs are `failed` unasked. After 4 (max_restarts + 1)
+  /// failures in a row without an answer between them, counted over all workspaces, no process is started
+  /// again in any.
   int max_restarts = 16;
   /// Gets each failure, one line; from any thread, one at a time. Must not throw. Empty: to stderr.
   std::function<void(std::string_view)> on_failure = {};

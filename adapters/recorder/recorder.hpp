@@ -11,7 +11,7 @@ namespace touchstone {
 
 /// How Recorder::write() acts while the rows are full.
 enum class WhenFull : std::uint8_t {
-  drop,  ///< the frame is dropped whole and counted; the record says how many are missing, and where
+  drop,  ///< the frame is dropped whole and counted; the record states how many are missing, and where
   wait,  ///< write() waits for room: nothing is lost, but a slow disk delays frames
 };
 
@@ -28,7 +28,7 @@ struct RecorderOptions {
 /// Writes a run as CSV, from a thread of its own. One line per row; the first names the columns, as in
 /// README.md. Doubles are written so that they read back bit for bit (of a NaN: that it is one).
 ///
-/// When the system refuses (a full disk, say), the frames concerned are cut off whole and counted, and the
+/// When the system refuses (as on a full disk), the frames concerned are cut off whole and counted, and the
 /// next frames are tried again: a record holds whole frames only, and a line `lost` stands where some are
 /// missing.
 class Recorder final : public FrameOutput {

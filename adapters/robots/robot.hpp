@@ -29,7 +29,7 @@ using CoverMesh = std::function<MeshCover(const TriangleMesh& mesh, const std::s
 /// The treatment of joints that follow another one.
 enum class MimicJoints : std::uint8_t {
   refuse,
-  free,  ///< it is a joint of its own, and Robot::notes says so
+  free,  ///< it becomes an independent joint, with a line in Robot::notes
 };
 
 /// How a robot's file is read.

@@ -53,7 +53,7 @@ struct PairCase {
 
 /// Reads a list of cases, or an object with `cases`. A case that is no pair of hexahedra in valid poses
 /// comes out invalid, with the reason. Warped solids are taken as scene files take them: within the
-/// tolerance, or as the shape's `warped` says (WarpPolicy), with vertices in any order.
+/// tolerance, or by the shape's `warped` (WarpPolicy), with vertices in any order.
 /// @throws InputError naming file, and line and column where known: unreadable file, malformed JSON, no list
 /// of cases, an id given twice; naming file and element: a field that is not known, units other than m and
 /// mm.

@@ -14,7 +14,8 @@ namespace touchstone {
 using SceneParameters = std::map<std::string, double>;
 
 /// Returns the arm that a file's `model` names: a bundled one, or a robot's file, relative to `folder`, which
-/// is that of the YAML file. So programs say which formats they read, and this component links none of them.
+/// is that of the YAML file. So programs choose the formats that they read, and this component links none of
+/// them.
 /// @throws InputError for what is neither.
 using ArmModels =
     std::function<MechanismDescription(const std::string& model, const std::filesystem::path& folder)>;

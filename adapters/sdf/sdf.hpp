@@ -12,14 +12,13 @@ namespace touchstone::sdf {
 
 /// Reads the first `<model>` of an SDF file, in `<sdf>` or a `<world>`: its links' `<collision>`s and its
 /// joints, fixed, revolute, continuous and prismatic. A link's frame is that of the joint that moves it.
-/// Poses may be `relative_to` links, joints and frames. Axes are in the joint's frame, in 1.4 the model's, or
-/// as `expressed_in` says. Joint values and limits are the file's; the reference is what is nearest to 0
-/// within them. `world` as a parent is a link without solids. The first link without a joint above it is
-/// held.
-/// Models in the model, and those that `<include>` brings, are part of it: their links and joints are named
-/// `model::link`, merged ones as they are. An include's `uri` is `model://NAME` (its folder's model.config
-/// says which file), `package://`, `file://`, or a file or folder beside the file; names of meshes are
-/// looked for beside the file that has them.
+/// Poses may be `relative_to` links, joints and frames. Axes are in the joint's frame, in 1.4 in the model's,
+/// or in the one that `expressed_in` names. Joint values and limits are the file's; the reference is what is
+/// nearest to 0 within them. `world` as a parent is a link without solids. The first link without a joint
+/// above it is held. Models in the model, and those that `<include>` brings, are part of it: their links and
+/// joints are named `model::link`, merged ones as they are. An include's `uri` is `model://NAME` (its
+/// folder's model.config names the file), `package://`, `file://`, or a file or folder beside the file; names
+/// of meshes are looked for beside the file that has them.
 /// @throws InputError, one line `file:line: element 'x': reason`: no XML, no model, an included file that is
 /// not there, leaves its package or includes itself, a placement frame, other joints, mimic joints unless
 /// the options free them, planes and other shapes, frames that are not there or go round in a ring, and as

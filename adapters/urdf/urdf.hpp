@@ -18,9 +18,9 @@ namespace touchstone::urdf {
 using LoadOptions = RobotOptions;
 
 /// Reads a URDF file's `<collision>` elements; `<visual>` is not read. Boxes become hexahedra, cylinders
-/// prisms, spheres and meshes hexahedra that hold them; Robot::replaced says by how much they are off, of
-/// round parts facet_figures too. Meshes are in metres with axes as written, as other readers of URDF have
-/// them; DAE states its own unit. Solids without a name, or whose name the link has already, are named
+/// prisms, spheres and meshes hexahedra that hold them; Robot::replaced states their errors, those of round
+/// parts in facet_figures too. Meshes are in metres with axes as written, as other readers of URDF have them;
+/// DAE states its own unit. Solids without a name, or whose name the link has already, are named
 /// `collision.0`, `collision.1`, ... by their place in the link. Links and joints come from the root
 /// outwards, depth first, a link's joints by name: that is the order of the joint values. Axes are
 /// normalised. `continuous` joints are revolute without limits. The reference pose is the value nearest to 0

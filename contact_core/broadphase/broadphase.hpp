@@ -61,8 +61,8 @@ class Broadphase {
   virtual void build(const BroadphaseInput& input) = 0;
 
   /// @param poses X_WS of every solid. @param moved indices of *objects* (trees) whose solids' poses changed
-  /// since the last update; the first update after build() or update_paths() takes every pose whatever
-  /// `moved` says. No allocation after warm-up.
+  /// since the last update; the first update after build() or update_paths() takes every pose, whatever
+  /// `moved` lists. No allocation after warm-up.
   virtual void update(std::span<const Pose> poses, std::span<const std::uint32_t> moved) noexcept = 0;
 
   /// Whole paths instead of poses: find_pairs() then never misses a pair that could come within `margin` with
@@ -70,7 +70,7 @@ class Broadphase {
   /// them is stopped early. @param moved objects whose paths changed since the last update_paths(), those
   /// that came to rest among them (from = to); the first one after build() or update() takes every path.
   /// No allocation after warm-up: the first call. Returns false, and changes nothing, where a broadphase
-  /// knows poses only.
+  /// takes poses only.
   virtual bool update_paths(const SolidPaths& paths, std::span<const std::uint32_t> moved) noexcept {
     static_cast<void>(paths), static_cast<void>(moved);
     return false;
@@ -88,7 +88,7 @@ class Broadphase {
   }
 
   /// Appends to `out` the solids that find_pairs() pairs with this one, lower and higher ones, in any order.
-  /// Returns false, and appends nothing, where a broadphase cannot say without looking for all pairs.
+  /// Returns false, and appends nothing, where a broadphase cannot tell without searching for all pairs.
   /// Allocates only where `out` has no room. Not concurrent with update(), find_pairs() or itself.
   virtual bool find_partners(SolidIndex solid, std::vector<SolidIndex>& out) noexcept {
     static_cast<void>(solid), static_cast<void>(out);

@@ -42,7 +42,7 @@ struct Box {
 };
 
 /// Contains the sphere grown by `margin`; infinite when the sphere is not finite. Generous enough that boxes
-/// grown by half of may_touch()'s margin overlap wherever it says true.
+/// grown by half of may_touch()'s margin overlap wherever it returns true.
 Box bounding_box(const Sphere& sphere, double margin);
 
 /// The least box that contains both.

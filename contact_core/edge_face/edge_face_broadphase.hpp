@@ -17,11 +17,11 @@ namespace touchstone {
 /// (some roundings of the largest coordinate), are missed, so "never a pair within the margin" holds only
 /// beyond that. Example: two equal boxes that touch corner to corner are missed. Each update() allocates
 /// one list node for every pair in range and frees those of the last; without memory the process ends. Every
-/// update looks at all pairs of objects, whatever moved or is static, on one thread. It knows poses only:
+/// update looks at all pairs of objects, even of static ones, on one thread. It takes poses only:
 /// update_paths() returns false.
 std::unique_ptr<Broadphase> make_edge_face_broadphase();
 
-/// Adds it as `edge_face`, the name of the narrowphase that the paper has behind it.
+/// Registers it as `edge_face`, the name of the narrowphase that the paper uses with it.
 void register_edge_face_broadphase(BackendRegistry& registry);
 
 }  // namespace touchstone

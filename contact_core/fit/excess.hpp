@@ -7,7 +7,7 @@
 
 namespace touchstone {
 
-/// How far the points of a convex solid are from a mesh's solid: the largest distance lies between the two.
+/// Bounds of the largest distance of a convex solid's points from a mesh's solid.
 struct ExcessBound {
   double least;                     ///< distance of `where` [m]
   double most;                      ///< no point is farther, rounding included [m]

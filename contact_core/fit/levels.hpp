@@ -17,8 +17,8 @@ struct CoarserLevel {
 
 /// Coarser and coarser trees of an object, one for each error. Hexahedra are merged two by two, those first
 /// whose common box grows least, while no point of the box is farther from `solid` than the error; each level
-/// merges those of the level before; what takes long to bound stays unmerged. Each hexahedron lies in one of
-/// the next level, by exact predicates: worlds take them as they are.
+/// merges those of the level before; boxes whose distance takes long to bound stay unmerged. Each hexahedron
+/// lies in one of the next level, by exact predicates: worlds take them as they are.
 ///
 /// @param solid that the tree covers, in the object's frame.
 /// @param overs ascending, each positive and finite [m].

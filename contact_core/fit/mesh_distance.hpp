@@ -59,19 +59,19 @@ class MeshDistance {
   double to_triangle(const Vector3& p, std::uint32_t triangle) const;
   /// The point of a triangle that is nearest to p.
   Vector3 closest_on(const Vector3& p, std::uint32_t triangle) const;
-  /// Whether the closed shells wind about all of a tetrahedron, with room for rounding. May say no where they
-  /// do.
+  /// Returns whether the closed shells wind about all of a tetrahedron, with room for rounding. May return
+  /// false where they do.
   ///
-  /// On the straight way from a point of it to another the winding number falls by one at each triangle whose
-  /// back the first one sees, at most once at each, and nowhere else. Of two such triangles the way meets one
-  /// after the other only where the second one is in front of the first somewhere, and the first one behind
-  /// the second; and both at once only where they overlap in one plane. So it is enough that the winding
-  /// number is larger at one point than the number of groups of triangles that meet the tetrahedron, show
-  /// that point their back, and of which the way meets one at most.
+  /// Along the segment from a point of it to another the winding number falls by one at each triangle whose
+  /// back the first one sees, at most once at each, and nowhere else. Of two such triangles the segment meets
+  /// one after the other only where the second one is in front of the first somewhere, and the first one
+  /// behind the second; and both at once only where they overlap in one plane. So it is enough that the
+  /// winding number is larger at one point than the number of groups of triangles that meet the tetrahedron,
+  /// show that point their back, and of which the segment meets one at most.
   bool is_solid(const std::array<Vector3, 4>& tetrahedron) const;
   /// Whether one flat wall, and nothing else, meets a box: every triangle that does is of a closed shell,
   /// within `room` [m] of the plane, and faces along its normal, or all face against it. The plane's part in
-  /// the box then is surface throughout. May say no where it is so.
+  /// the box then is surface throughout. May return false where it is so.
   bool is_one_wall(const Bounds& box, const Plane& plane, double room) const;
   /// Whether the closed shells wind about a point that is not on the surface. On it, and within rounding of
   /// it, either answer.

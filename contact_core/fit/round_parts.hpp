@@ -6,7 +6,7 @@
 
 namespace touchstone {
 
-/// A round wall that goes all the way about an axis: of a bore, or of a pin.
+/// A round wall that closes about an axis: that of a bore or of a pin.
 struct RoundPart {
   Vector3 foot;   ///< on the axis, at the lower end; the mesh's frame [m]
   Vector3 axis;   ///< unit

@@ -8,11 +8,11 @@
 
 namespace touchstone {
 
-/// Reads an STL file, binary or ASCII, whatever its first five letters say: a file of exactly 84 + 50 n
+/// Reads an STL file, binary or ASCII, whatever its first five letters are: a file of exactly 84 + 50 n
 /// bytes, n being its count of triangles, is binary. Coordinates are read as they stand (floats in the binary
 /// form, the nearest double in ASCII) and multiplied by `scale`. Normals and attributes are passed by: the
 /// order of the corners counts. Other formats: adapters.
-/// @param scale metres a unit of the file: 1e-3 for millimetres. STL files do not say.
+/// @param scale metres a unit of the file, 1e-3 for millimetres: STL files do not state it.
 /// @throws InputError, one line: the file's name and the triangle (binary, from 0) or line (ASCII): cannot be
 /// read, empty, cut off (ASCII: a solid without `endsolid`, too), no number, not finite, no triangle.
 TriangleMesh read_stl(const std::string& path, double scale);

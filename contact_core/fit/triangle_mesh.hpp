@@ -22,7 +22,7 @@ struct TriangleMesh {
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< indices into `vertices`, each below their number
 };
 
-/// Of triangle `t`: twice its area, along its normal [m^2].
+/// The normal of triangle `t`, as long as twice its area [m^2].
 inline Vector3 area_vector(const TriangleMesh& mesh, std::size_t t) {
   const auto& i = mesh.triangles[t];
   return cross(mesh.vertices[i[1]] - mesh.vertices[i[0]], mesh.vertices[i[2]] - mesh.vertices[i[0]]);

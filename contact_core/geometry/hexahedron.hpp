@@ -43,8 +43,8 @@ struct alignas(64) WorldVertices {
 /// Which bent faces Hexahedron::from_vertices() takes. A bent solid is the hull of its eight vertices all the
 /// same, and is checked as that: the limit finds mistakes in the input, no answer depends on it.
 enum class WarpPolicy : std::uint8_t {
-  refuse,            ///< only what a rotation in doubles may bend: 32 eps * size
-  within_tolerance,  ///< what files bend: up to Hexahedron::bend_tolerance()
+  refuse,            ///< bends by rounding alone, as of a rotation in doubles: 32 eps * size
+  within_tolerance,  ///< bends by a file's decimals: up to Hexahedron::bend_tolerance()
   accept,            ///< any bend
 };
 
@@ -60,8 +60,8 @@ enum class WarpPolicy : std::uint8_t {
 ///
 /// With a radius() it is rounded: every point within the radius of that hull, which then is its *core* and
 /// may be flat, a segment or a point: a sphere, a capsule, a rounded plate or box. vertices(), faces, edges
-/// and size() are the core's; bounding_sphere() encloses the whole solid. Whoever reads vertices alone has to
-/// refuse rounded solids: refuse_rounded().
+/// and size() are the core's; bounding_sphere() encloses the whole solid. Code that reads the vertices only
+/// must refuse rounded solids: refuse_rounded().
 class Hexahedron {
  public:
   using MovesByBits = Hexahedron;  ///< see kMovesByBits
@@ -84,8 +84,8 @@ class Hexahedron {
   /// faces bend least, up to bend_tolerance() (32 eps * size on WarpPolicy::refuse). The order given is kept
   /// where it is such a labelling and another would not bend four times less.
   /// Coincident vertices (collapsed edges or faces, e.g. a pyramid) are legal in the order above while the
-  /// volume is positive. Faces more than 32 eps * size out of plane make the solid `warped`; `warp` says how
-  /// far they may be.
+  /// volume is positive. Faces more than 32 eps * size out of plane make the solid `warped`; `warp` limits
+  /// how far they may be.
   /// @throws InputError naming `name`, the face or vertex and the figure: not 8 vertices, not finite, zero
   /// volume, a vertex inside the hull (not convex), bent further than `warp` takes, no hexahedron in any
   /// order, two orders that fit as well.
@@ -111,7 +111,7 @@ class Hexahedron {
   /// of them >= 0: a zero side gives a rounded plate, two a capsule, three a sphere.
   static Hexahedron rounded_box(const Vector3& core_size, double radius,
                                 std::string_view name = "rounded box");
-  /// This solid grown by a radius all round (padding); one that it has already is added to.
+  /// This solid grown by a radius on all sides (padding), which is added to the radius that it has.
   Hexahedron padded(double radius, std::string_view name = "hexahedron") const;
 
   /// How far the solid reaches beyond its vertices' hull [m]; 0 unless rounded.
@@ -155,7 +155,7 @@ class Hexahedron {
   bool is_warped_ = false;
 };
 
-/// For whoever takes hexahedra without a radius only.
+/// Refuses rounded solids, for code that takes hexahedra without a radius only.
 /// @param user who refuses ("broadphase 'edge_face'"). @throws InputError naming it, the index of the first
 /// rounded solid and its radius.
 void refuse_rounded(std::span<const Hexahedron> solids, std::string_view user);

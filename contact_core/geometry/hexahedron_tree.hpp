@@ -33,9 +33,9 @@ class HexahedronTree {
   /// @throws InputError when there is no hexahedron, a name occurs twice or a pose is no rigid transform.
   explicit HexahedronTree(std::vector<PlacedHexahedron> solids, std::string name = "object");
 
-  /// The tree that the user lays out. Of `layout`, whose node 0 is the root, `left`, `right` and `solid`
-  /// count; spheres are found here. nodes() has the same tree, every node before its children, the left ones
-  /// first.
+  /// Takes the tree from the user: `left`, `right` and `solid` of the nodes of `layout`, whose node 0 is the
+  /// root. The spheres are computed here. nodes() has the same tree, every node before its children, the left
+  /// ones first.
   /// @throws InputError as above, and naming the node: an invalid index, a solid beside children, a node
   /// or solid that is reached twice or never, more than kMostLevels levels.
   HexahedronTree(std::vector<PlacedHexahedron> solids, std::span<const Node> layout,
@@ -59,7 +59,7 @@ class HexahedronTree {
 /// @pre out.size() == tree.solids().size()
 void find_global_positions(const HexahedronTree& tree, const Pose& X_WO, std::span<Pose> out);
 
-/// As refuse_rounded() of solids, with the names of the object and the hexahedron.
+/// Like refuse_rounded() for solids; the error names the object and the hexahedron.
 /// @param user who refuses ("backend 'bullet'").
 void refuse_rounded(const HexahedronTree& tree, std::string_view user);
 

@@ -4,7 +4,7 @@
 
 namespace touchstone {
 
-/// In place of an index of 32 bits: there is none. No list is as long.
+/// Stands for "none" where a 32-bit index is expected. No list is that long.
 inline constexpr std::uint32_t kNoIndex = 0xffffffff;
 
 }  // namespace touchstone

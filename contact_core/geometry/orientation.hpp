@@ -10,7 +10,7 @@ namespace touchstone::numerics {
 /// side that (b-a) x (c-a) points to. No heap, no state: any thread may call at any time.
 int orient3d_sign(const Vector3& a, const Vector3& b, const Vector3& c, const Vector3& d) noexcept;
 
-/// Whether four of the points are in no plane; exact likewise.
+/// True where some four of the points do not lie in one plane; exact, too.
 bool has_volume(const std::array<Vector3, 8>& v) noexcept;
 
 }  // namespace touchstone::numerics

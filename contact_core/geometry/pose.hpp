@@ -28,14 +28,14 @@ double orthonormality_defect(const Matrix3& R);
 /// True if no entry is infinite or NaN.
 inline bool is_finite(const Pose& X) {
   const double* const R = X.R.data();
-  // A sum of finite numbers may overflow: then each is looked at. Summed in pairs, for speed.
+  // A sum of finite numbers may overflow; each entry is checked then. Summed in pairs, for speed.
   const double sum = ((((R[0] + R[1]) + (R[2] + R[3])) + ((R[4] + R[5]) + (R[6] + R[7]))) +
                       ((R[8] + X.p.x()) + (X.p.y() + X.p.z())));
   if (sum - sum == 0.0) return true;
   return is_finite(X.R.col(0)) && is_finite(X.R.col(1)) && is_finite(X.R.col(2)) && is_finite(X.p);
 }
 
-/// True if each entry of one is the other's; 0 is -0.
+/// True if all entries are equal; 0 equals -0.
 inline bool is_same(const Pose& X, const Pose& Y) { return X.p == Y.p && X.R == Y.R; }
 
 /// The entries bit by bit: R's by columns, then p's.
@@ -46,7 +46,7 @@ inline std::array<std::uint64_t, 12> words_of(const Pose& X) {
   return words;
 }
 
-/// As is_same(), to the bit: 0 and -0 differ.
+/// True if all entries have the same bits: 0 and -0 differ.
 inline bool has_same_bits(const Pose& X, const Pose& Y) { return words_of(X) == words_of(Y); }
 
 /// True if every entry is finite, the defect is at most kRotationTolerance, and det R > 0.

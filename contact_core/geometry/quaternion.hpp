@@ -4,8 +4,8 @@
 
 namespace touchstone {
 
-/// w + x i + y j + z k; as an attitude of unit length: p_W = q p_B q*. The only one of the project: Eigen's
-/// changes its rounding with the instruction set.
+/// w + x i + y j + z k; as an attitude of unit length: p_W = q p_B q*. The project uses no other: the
+/// rounding of Eigen's depends on the instruction set.
 struct Quaternion {
   double w = 1.0;
   Vector3 v = Vector3::Zero();  ///< x, y, z
@@ -33,11 +33,11 @@ struct AxisAngle {
   Vector3 axis = Vector3::UnitZ();
   double angle = 0.0;
 };
-/// The shorter one that a unit quaternion stands for, 0 <= angle <= pi.
+/// The turn by 0 <= angle <= pi that a unit quaternion stands for.
 AxisAngle axis_angle_of(const Quaternion& q);
 
-/// From one attitude evenly to another on the shorter way round (Shoemake 1985), s in [0, 1]. Of unit
-/// quaternions; the result is one to rounding.
+/// Spherical linear interpolation along the shorter arc (Shoemake 1985), s in [0, 1]. Takes unit quaternions;
+/// the result is of unit length to rounding.
 Quaternion slerp(const Quaternion& from, const Quaternion& to, double s);
 
 }  // namespace touchstone

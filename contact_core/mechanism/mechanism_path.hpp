@@ -21,11 +21,11 @@ class MechanismPath final : public MotionPath {
   /// @param X_WB of the base; put through rigid_frame(). @param from, to value_count() values each.
   /// @pre a valid pose and finite values.
   void set(const Pose& X_WB, std::span<const double> from, std::span<const double> to) noexcept;
-  /// As set(), but computes start and bounds only: for paths that are checked, not executed. at() is slower
+  /// Like set(), but computes start and bounds only: for paths that are checked, not executed. at() is slower
   /// at the end. @param X_WL link_poses() at `from`, which need not be found again; or empty.
   void lay(const Pose& X_WB, std::span<const double> from, std::span<const double> to,
            std::span<const Pose> X_WL = {}) noexcept;
-  /// As set(), at rest. @param X_WL link_poses() there.
+  /// Like set(), at rest. @param X_WL link_poses() at `values`.
   void rest(const Pose& X_WB, std::span<const double> values, std::span<const Pose> X_WL) noexcept;
   /// Computes the end, which lay() left out. The path is then as after set().
   void finish() noexcept;

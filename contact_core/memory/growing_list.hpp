@@ -14,9 +14,10 @@
 
 namespace touchstone {
 
-/// Whether an element may go elsewhere in memory by its bits: it owns nothing, and nobody keeps its address
-/// while its list may grow. The compiler knows that of types without copy constructors of their own. Others,
-/// as all that hold Eigen's, are looked at first and then say so: `using MovesByBits = ` the type itself.
+/// True where an element may be moved in memory by copying its bits: it owns nothing, and nobody keeps its
+/// address while its list may grow. The compiler decides for types without user-written copy constructors.
+/// Other types, among them all that hold Eigen's, declare it after a review: `using MovesByBits = ` the type
+/// itself.
 template <class T>
 inline constexpr bool kMovesByBits = std::is_trivially_copyable_v<T> || requires {
   requires std::is_same_v<typename T::MovesByBits, T>;
@@ -83,7 +84,7 @@ class GrowingList {
     size_ = count;
   }
   void assign(std::size_t count, const T& value) {
-    const T copy = value;  // it may be one of those that go
+    const T copy = value;  // it may be an element that moves
     clear();
     resize(count, copy);
   }

@@ -11,22 +11,22 @@ namespace touchstone {
 /// where the pages stay and their addresses change. Elsewhere, and under sanitizers, which look after the
 /// heap, it is copied.
 ///
-/// New pages cost most of what growth costs elsewhere, 1.5 us each on a virtual machine. Lists of equal
-/// elements that grow by one in a frame would come to their next page in the same frame: memories begin at
-/// different places of their first page, in turn, so that they come there in different ones.
+/// Most of what growth then costs is new pages, 1.5 us each on a virtual machine. Lists of equal elements
+/// that grow by one in a frame would all need their next page in the same frame. So memories begin at
+/// different places of their first page, in turn.
 class GrowingMemory {
  public:
   static constexpr std::size_t kMapped = std::size_t{1} << 16;
 
   static constexpr std::size_t kMostAlignment = 64;
 
-  /// @param alignment of what it holds, kMostAlignment at most.
+  /// @param alignment of the elements, kMostAlignment at most.
   explicit GrowingMemory(std::size_t alignment) noexcept;
   GrowingMemory(GrowingMemory&& other) noexcept;
   GrowingMemory& operator=(GrowingMemory&& other) noexcept;
   ~GrowingMemory();
 
-  /// Of so many elements. @throws std::bad_alloc: no memory has as many.
+  /// The bytes that `count` elements take. @throws std::bad_alloc where no memory holds them.
   static std::size_t bytes_of(std::size_t count, std::size_t size) {
     if (count > most_of(size)) throw std::bad_alloc();
     return count * size;
@@ -46,7 +46,7 @@ class GrowingMemory {
 
   std::size_t alignment_;
   void* data_ = nullptr;
-  std::unique_ptr<Mapping> mapping_;  // null: data_ is of operator new, or null
+  std::unique_ptr<Mapping> mapping_;  // null: data_ comes from operator new, or is null
 };
 
 }  // namespace touchstone

@@ -8,7 +8,7 @@ namespace touchstone {
 
 /// Records by slot that stay where they are as more come: a list in one piece would move all of them whenever
 /// it grows.
-/// @tparam kChunk records stand together: that many.
+/// @tparam kChunk how many records are stored together.
 template <class Record, std::size_t kChunk = 64>
 class RecordList {
  public:
@@ -21,7 +21,7 @@ class RecordList {
     if (chunks_.empty() || chunks_.back().size() == kChunk) chunks_.push_back(std::exchange(spare_, {}));
     chunks_.back().emplace_back(std::forward<Args>(args)...);
   }
-  /// For one more record: the next emplace_back() allocates nothing but what the record itself does.
+  /// Reserves room for one more record: the next emplace_back() allocates only what the record itself does.
   void make_room() {
     if (!chunks_.empty() && chunks_.back().size() < kChunk) return;
     if (chunks_.size() == chunks_.capacity()) chunks_.reserve(2 * chunks_.size() + 1);

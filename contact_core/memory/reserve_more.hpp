@@ -5,11 +5,12 @@
 
 namespace touchstone {
 
-/// Room for `count`, and for as many again where the list grows: what comes one by one after set-up finds
-/// room in all lists until it has doubled. Room that nobody used yet takes no memory, only addresses.
+/// Reserves room for `count` elements, and for as many again where the list grows, so that elements added one
+/// by one after set-up find room until their number has doubled. Room not used yet takes addresses, but no
+/// memory.
 ///
-/// A list grows when between three quarters and all of its room are used, by where it stands in its owner:
-/// lists that hold as many take turns, so that no frame pays for the growth of all.
+/// A list grows when between three quarters and all of its room are used. The share depends on the list's
+/// place in its owner, so that lists of equal length grow in different frames.
 /// @param list a std::vector or a GrowingList.
 template <class List>
 void reserve_more(List& list, std::size_t count) {
@@ -17,7 +18,7 @@ void reserve_more(List& list, std::size_t count) {
   if (count + list.capacity() / 256 * turn > list.capacity()) list.reserve(2 * count);
 }
 
-/// resize() with such room.
+/// resize(), with room reserved by reserve_more().
 template <class List>
 void resize_more(List& list, std::size_t count) {
   reserve_more(list, count);

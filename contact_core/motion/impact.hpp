@@ -49,7 +49,7 @@ struct GapRule {
 /// The strength of the answer "clear": see Narrowphase's Capabilities.
 enum class MotionCheck : std::uint8_t {
   proven,   ///< the whole path, by the separations, as far as these are right
-  sampled,  ///< poses on the path, judged by a backend without separations; what lies between is not proven
+  sampled,  ///< poses on the path, judged by a backend without separations; nothing is proven between them
 };
 /// The enumerator's name.
 std::string_view to_string(MotionCheck check);
@@ -71,7 +71,7 @@ struct Impact {
   bool is_far = false;      ///< from the last query on it stays further away than asked about
   PairGeometry geometry{};  ///< at lo; where is_far, or not asked at the end, at the last query
   double start_separation = 0;          ///< at s = 0
-  bool starts_overlapping = false;      ///< there, as the backend says
+  bool starts_overlapping = false;      ///< at s = 0, by the backend's status
   double least_separation = kInfinity;  ///< queried on [0, lo]
   int queries = 0;
 };
@@ -94,9 +94,9 @@ class SeparationQuery {
 /// Most queries of one pair on one path: find_impact() then stops early: `iteration_limit`.
 inline constexpr int kImpactIterations = 256;
 
-/// Where the query judges poses: find_sampled_impact() (sampled_impact.hpp).
-/// A pair that starts at or below the gap, or overlapping, is stopped only where it would fall below
-/// rule.threshold(): it is free to move away and along, and no depth grows.
+/// A query that judges poses only is passed on to find_sampled_impact() (sampled_impact.hpp). A pair that
+/// starts at or below the gap, or overlapping, is stopped only where it would fall below rule.threshold(): it
+/// is free to move away and along, and no depth grows.
 /// @param interest a pair that is sure to stay further apart than this to the end is not queried there [m].
 /// @param until the search stops beyond this s: the result is then `clear`, with lo past it. Ignored where
 /// the query judges poses.

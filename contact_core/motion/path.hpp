@@ -73,7 +73,7 @@ class RigidPath final : public MotionPath {
  public:
   /// At rest.
   explicit RigidPath(const Pose& X_WO = {}) : from_(X_WO), to_(X_WO) {}
-  /// Turns the shorter way; a half turn goes either way.
+  /// Turns by the smaller angle; a half turn may go in either direction.
   static RigidPath between(const Pose& from, const Pose& to);
   /// A path by constant rates: `displacement_W` of `centre_O` [m], and `turn_W` about it, axis times angle
   /// [rad].

@@ -17,14 +17,14 @@ namespace touchstone {
 class Sweep {
  public:
   virtual ~Sweep() = default;
-  /// The largest turn of a solid between its ends that it follows [rad]: of larger ones it sweeps another
-  /// motion; 0: it knows no turning.
+  /// The largest turn of a solid over its path that the engine follows [rad]; beyond it the engine sweeps
+  /// another motion. 0: it does not turn solids.
   virtual double most_turn() const noexcept { return kInfinity; }
   /// Untimed. Solids and paths must stay until the next call.
   /// @throws InputError where the engine refuses a solid.
   virtual void set(const Hexahedron& a, const RigidPath& path_a, const Hexahedron& b,
                    const RigidPath& path_b) = 0;
-  /// Timed: the share of the path at which the two meet, as the engine says it; none: they do not.
+  /// Timed: the share of the path at which the two meet, by the engine's answer; none: they do not.
   /// @throws std::exception as the engine does.
   virtual std::optional<double> impact() = 0;
 };

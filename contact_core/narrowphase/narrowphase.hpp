@@ -28,16 +28,16 @@
 ///    way rounding tilts them.
 ///  * The deepest point always is there, with the pair's separation: a witness point where no corner is as
 ///    deep. So a pair that is not beyond max_separation has a point at least, however far apart it is.
-///  * By default the limit is 0: what touches or overlaps. Who builds stacks asks with a positive one, as far
-///    as a body may come in a step, so that a block that a solver's noise tilted keeps its corners (physics
+///  * By default the limit is 0: what touches or overlaps. Callers that build stacks set it to the distance
+///    that a body may move in a step, so that a block tilted by a solver's noise keeps its corners (physics
 ///    and the plug-ins do).
 ///  * The clip is not cut where its separation passes the limit. Separation is linear over plane faces, so
 ///    the cut's corners, all at the limit, never touch first. They would displace corners that carry load,
 ///    and jitter by the pose's noise over the sine of the tilt; the clip's own corners keep their places.
 ///
 /// The *patch* that manifolds are judged against is the hull of the exact clip's corners within the limit.
-/// `native` and `exact` have those corners, or of too many a choice that holds much of the area; engines
-/// have what they find, within the same limit.
+/// `native` and `exact` give those corners or, where they are too many, a choice of them that covers much of
+/// the area; engines give the points that they find within the same limit.
 
 namespace touchstone {
 
@@ -53,7 +53,8 @@ struct SolidPair {
   friend auto operator<=>(const SolidPair&, const SolidPair&) = default;
 };
 
-/// A backend's answer about one pair. Never a guess: what it does not know it says.
+/// A backend's answer about one pair. It is never a guess: the last three values stand for what a backend
+/// does not know.
 enum class PairStatus : std::uint8_t {
   separated,    ///< apart by more than the declared resolution
   overlapping,  ///< touching or penetrating
@@ -64,7 +65,7 @@ enum class PairStatus : std::uint8_t {
 /// The enumerator's name.
 std::string_view to_string(PairStatus status);
 
-/// How much is asked about a pair; each kind includes those before it.
+/// What is asked about a pair; each kind includes those before it.
 enum class QueryKind : std::uint8_t {
   overlap,   ///< status only
   distance,  ///< signed distance, normal and one pair of witness points
@@ -76,7 +77,7 @@ std::string_view to_string(QueryKind kind);
 /// Most contact points of one pair, whatever the backend.
 inline constexpr int kMaxManifoldPoints = 8;
 
-/// The question. The less is asked, the less it costs.
+/// What is asked about every pair of a batch. Asking for less costs less.
 struct Query {
   QueryKind kind = QueryKind::overlap;
   /// Pairs further apart than this [m] are `separated` with separation +inf (never a bound) and NaN
@@ -121,15 +122,15 @@ struct ContactPoint {
 struct Resolution {
   double absolute = 0.0;  ///< [m]
   double relative = 0.0;  ///< per metre of max(|world coordinate|, size + 2 radius)
-  double of_depth = 0.0;  ///< more, of penetrating pairs, per metre of depth; infinite: no claim
+  double of_depth = 0.0;  ///< added for penetrating pairs, per metre of depth; infinite: no claim
 
   /// The resolution for pairs that do not penetrate [m]. @param scale max(|world coordinate|, size + 2
   /// radius) [m].
   double at(double scale) const { return absolute + relative * scale; }
 };
 
-/// The queries that a backend answers, and how well. Declared by it; where the resolution depends on the
-/// solids, as of its last build().
+/// The queries that a backend answers and how accurate it is, as it declares them. A resolution that depends
+/// on the solids is that of the last build().
 struct Capabilities {
   bool distance = false;     ///< separation, normal and witness points of pairs that are apart
   bool penetration = false;  ///< the same for pairs that overlap
@@ -147,8 +148,8 @@ struct Capabilities {
   Resolution resolution;
 };
 
-/// A caller-owned memory of one pair between frames (say, the last separating axis). Changes speed only,
-/// never answers.
+/// Caller-owned memory of one pair between frames (for example the last separating axis). It changes speed
+/// only, never answers.
 struct PairCacheEntry {
   std::uint32_t data[4] = {0, 0, 0, 0};  ///< zero: nothing known
 };
@@ -175,8 +176,8 @@ struct NarrowphaseOutput {
 };
 
 /// The fine check's interface. Built over solids once, then asked about batches of pairs at any poses.
-/// evaluate() is const: several threads may call it where Capabilities::thread_safe says so, each with a
-/// Workspace of its own; not during build().
+/// evaluate() is const: several threads may call it where Capabilities::thread_safe is true, each with its
+/// own Workspace; not during build().
 class Narrowphase {
  public:
   /// A thread's scratch memory, made by the backend it is used with.

@@ -6,7 +6,7 @@
 namespace touchstone {
 
 /// The class of a pair, known without error; ground truths, cases and oracles carry it. A backend's
-/// answer is a PairStatus, which does not tell touching from penetrating and may be no answer at all.
+/// answer is a PairStatus, which does not distinguish touching from penetrating and may be no answer at all.
 enum class PairClass : std::uint8_t {
   separated,
   touching,     ///< in contact, signed distance 0

@@ -18,7 +18,7 @@ struct ObservedPair {
   /// The geometry at the deepest point; NaN where the engine gave none, as for pairs that are apart.
   PairGeometry geometry;
   std::span<const ContactPoint> points;
-  std::string_view by;  ///< engine and check, say "Bullet, its own check"
+  std::string_view by;  ///< engine and check, such as "Bullet, its own check"
 };
 
 /// Sees the pairs that pass through an engine with one of our plugins. Called from the engine's threads.

@@ -9,8 +9,8 @@
 
 namespace touchstone {
 
-/// Whether the indices of the pairs and the sizes of the spans allow a call: what a backend would otherwise
-/// read or write beyond. Poses and figures are not looked at. Cheap: backends assert it.
+/// Returns whether a backend would stay within the spans: checks the pairs' indices and the spans' sizes, not
+/// poses and numbers. Cheap: backends assert it.
 bool fits(const NarrowphaseInput& input, const NarrowphaseOutput& output, std::size_t solid_count) noexcept;
 
 /// Checks every precondition of evaluate(), and max_separation and the poses of the pairs' solids beyond it:

@@ -15,7 +15,7 @@ namespace touchstone {
 /// share one.
 using CheckInside = native::SolidStore;
 
-/// Pairs that the narrowphase says are `undecided` count as touching, `failed` and `unsupported` ones have no
+/// Pairs that the narrowphase calls `undecided` count as touching, `failed` and `unsupported` ones have no
 /// contacts and are counted as refused.
 /// @throws InputError: none given, or one without manifolds (Capabilities::manifold).
 std::shared_ptr<CheckInside> make_check_inside(std::unique_ptr<Narrowphase> narrowphase);

@@ -18,7 +18,7 @@ struct OutputObject {
   std::string name;
 };
 
-/// Where an object of a frame is.
+/// The pose of an object in a frame.
 struct ShownPose {
   ObjectHandle object;
   Pose X_WO;  ///< actual

@@ -44,7 +44,7 @@ void validate_motion(const Motion& motion, std::string_view name);
 /// @pre motion is valid.
 Pose pose_at(const Motion& motion, const Pose& X_WO_initial, double time) noexcept;
 
-/// Lerp of the positions, slerp (the shorter way) of the rotations; s in [0, 1], the ends are returned
+/// Lerp of the positions, slerp along the shorter arc of the rotations; s in [0, 1], the ends are returned
 /// exactly.
 Pose interpolate(const Pose& from, const Pose& to, double s) noexcept;
 

@@ -32,7 +32,7 @@ std::string_view to_string(ContactPolicy policy);
 /// How an object without a command of its own responds to a rigid mover, or a link, that comes against it:
 /// quasi-static. It is passive while it is not commanded, not static, no link, and carried by nobody.
 enum class Passive : std::uint8_t {
-  stays,    ///< it stands, and the mover stops or goes along it as the policy says
+  stays,    ///< it stays, and the mover stops or slides along it, by its policy
   shoved,   ///< where it stopped a mover it goes along for the rest of the frame, as one with the mover
   carried,  ///< it goes along from the frame's start if the two were in contact then; else as `shoved`
 };
@@ -45,8 +45,8 @@ struct SceneObject {
   Pose X_WO;            ///< initial pose
   Motion motion;
   std::vector<std::string> groups;  ///< names under which exemptions may refer to several objects at once
-  /// Stands for ever: nothing commands, carries, shoves or carries it off. What has no motion, and no rule
-  /// that lets it be taken along, does so anyway.
+  /// Never moves: it is neither commanded nor carried nor shoved. Without a motion, and without a rule by
+  /// which it may be shoved or carried, an object is static anyway.
   bool is_static = false;
   /// Coarser and coarser trees of the object: ObjectDescription::levels (world/contact_world.hpp).
   std::vector<std::shared_ptr<const HexahedronTree>> levels = {};
@@ -74,11 +74,12 @@ struct ExemptPair {
 struct SceneLatch {
   std::string carrier;
   std::string carried;  ///< has no motion of its own
-  /// Not checked as well, while the latch holds: both jaws of a gripper against their payload, say.
+  /// Further pairs that are not checked while the latch holds, such as both jaws of a gripper against their
+  /// payload.
   std::vector<ExemptPair> allowed;
 };
 
-/// A round part stands in the scene as flat facets: by how much they are off.
+/// A round part that the scene models by flat facets, and their error.
 struct FacetFigure {
   std::string object;
   std::string hexahedron;  ///< the round part's name in its object
@@ -88,7 +89,7 @@ struct FacetFigure {
   double error;    ///< r (1 - cos(pi/n)) inscribed, r (1 / cos(pi/n) - 1) circumscribed [m]
 };
 
-/// All of a scene in SI units, nothing checked: see validate().
+/// A whole scene in SI units, not checked: see validate().
 struct Scene {
   std::string name;
   std::string description;

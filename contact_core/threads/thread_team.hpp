@@ -10,8 +10,8 @@
 
 namespace touchstone {
 
-/// Threads that wait for tasks, the caller of run() being one of them. They sleep while there is none. run()
-/// does not allocate; one call at a time.
+/// Threads that wait for tasks, the caller of run() being one of them. They sleep while there is no task.
+/// run() does not allocate; one call at a time.
 class ThreadTeam final : public TaskRunner {
  public:
   /// @param threads the caller's among them: one fewer is started; 0 counts as 1.

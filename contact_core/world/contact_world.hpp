@@ -99,7 +99,7 @@ struct Exemption {
   std::string solid_a = {}, solid_b = {};  ///< names in the objects' trees; empty: all of the object
 };
 
-/// A mechanism (mechanism/mechanism.hpp) in the world. Its description's `base` says which end is held.
+/// A mechanism (mechanism/mechanism.hpp) in the world. Its description's `base` names the end that is held.
 struct MechanismPlacement {
   std::shared_ptr<const Mechanism> mechanism;  ///< its name is unique in the world
   Pose X_WB = {};                              ///< of the base, which stands still
@@ -167,13 +167,13 @@ struct HandFeel {
   Vector3 moment_W;  ///< the same, about p_W [N m]
 };
 
-/// An event of a pair, or of a command, in a frame. ContactEvent::part, s and geometry say when in the frame
+/// An event of a pair, or of a command, in a frame. ContactEvent::part, s and geometry tell when in the frame
 /// it took place.
 ///
 /// Contact, as events count it, begins within the gap g and ends beyond 2 g: a pair is in contact from
 /// `began` to `ended`, each frame in between has one `persists`, and what comes within the gap in a frame has
 /// begun, even if it is gone again at its end (then `ended` follows at once). With a narrowphase that only
-/// judges poses contact is what it does not call separated, and the gap says how long it lasts.
+/// judges poses, a pair that it does not call separated is in contact, until it is apart by the gap.
 enum class EventKind : std::uint8_t {
   near,   ///< within the warn distance, not in contact: at the frame's end
   began,  ///< came within the gap: at the first s at which it was found there, its movers' stop, the frame's
@@ -411,7 +411,7 @@ class ContactWorld {
 
   // ---- frames
 
-  /// A command to a pose; the object turns the shorter way from the actual one. @throws InputError: an
+  /// A command to a pose; the object turns from the actual one by the smaller angle. @throws InputError: an
   /// unknown handle.
   MotionCommand go_to(ObjectHandle object, const Pose& X_WO) const;
   /// @param displacement_W [m]. @param turn_W axis times angle [rad], of any size.

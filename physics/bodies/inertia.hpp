@@ -18,7 +18,7 @@ struct BodyInertia {
 /// Parts that a body may lack: a thin rod has no inertia about itself, a point none at all.
 enum class Thinness : std::uint8_t {
   solid,  ///< every principal moment > 0: free bodies
-  thin,   ///< moments may be 0, mass may be 0 with no inertia: links, whose joints say how they turn
+  thin,   ///< moments may be 0, mass may be 0 with no inertia: links, which turn by their joints
 };
 
 /// @throws InputError naming `name` and the figure: a mass that is not finite and positive, a centre that is
@@ -48,7 +48,7 @@ BodyInertia inertia_of(const MassProperties& mass, std::string_view name);
 BodyInertia transform(const Pose& X_AB, const BodyInertia& inertia_B);
 /// The inertia of two bodies that move as one, in one frame. One of them may have no mass.
 BodyInertia combined(const BodyInertia& a, const BodyInertia& b);
-/// As combined(), of which neither, one or both may have a mass.
+/// Adds `part` to `sum` as combined() does; neither, one or both may have a mass.
 void add_inertia(BodyInertia& sum, const BodyInertia& part);
 
 }  // namespace touchstone::physics

@@ -69,17 +69,17 @@ class NarrowphaseContacts {
   }
 
   /// Points within the margin where `world` stands now, pair by pair. Friction is the geometric mean of the
-  /// two surfaces', restitution the larger, unless set_surfaces() said otherwise. Pairs closer than their
+  /// two surfaces', restitution the larger, unless set_surfaces() gave others. Pairs closer than their
   /// narrowphase's resolution (`undecided`) count as those that overlap. Pairs of which neither solid's pose
   /// changed a bit since the last find() keep what was found, where the narrowphase is deterministic.
   ///
   /// @param h the step that is to follow [s]. Pairs of which a solid moves by more than half the margin in it
-  /// (its velocity now, and what gravity adds) are followed on their way, as if nothing acted on them: where
-  /// they first come within the margin, their points there are taken back to where the movers are now, so
-  /// that the step meets them in time. Such points lie further apart than the margin, and not along the
-  /// normal. 0: where the world stands, no more.
-  /// Omits contacts between sleeping bodies unless an awake body touches their group; then lists all of the
-  /// group's. While the whole world is asleep, no pair is evaluated.
+  /// (its velocity now, and what gravity adds) are followed along their paths, as if nothing acted on them:
+  /// where they first come within the margin, their points there are taken back to where the movers are now,
+  /// so that the step meets them in time. Such points lie further apart than the margin, and not along the
+  /// normal. 0: where the world stands, no more. Omits contacts between sleeping bodies unless an awake body
+  /// touches their group; then lists all of the group's. While the whole world is asleep, no pair is
+  /// evaluated.
   std::span<const Contact> find(const DynamicsWorld& world, double h = 0.0);
   /// The sources of the last find()'s contacts, one each.
   std::span<const ContactOrigin> origins() const { return shown_origins_; }
@@ -87,7 +87,7 @@ class NarrowphaseContacts {
   /// missing.
   std::uint32_t undecided() const { return undecided_; }
   std::uint32_t failed() const { return failed_; }
-  /// Parts of the last find() that move by more than half the margin, where the broadphase knows no paths:
+  /// Parts of the last find() that move by more than half the margin, where the broadphase takes no paths:
   /// what they meet in the step may be met late, or not at all.
   std::uint32_t unfollowed() const { return unfollowed_; }
 

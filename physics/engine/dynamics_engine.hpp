@@ -47,8 +47,8 @@ struct EngineStep {
   double total_us = 0.0;
   double detection_us = kNaN;               ///< of it; NaN: not known
   std::size_t contacts = 0;                 ///< points
-  std::uint32_t undecided = 0, failed = 0;  ///< pairs; where the check says so
-  std::uint32_t unconverged = 0;            ///< solves; where the engine says so
+  std::uint32_t undecided = 0, failed = 0;  ///< pairs, where the check reports them
+  std::uint32_t unconverged = 0;            ///< solves, where the engine reports them
   double worst_residual = 0.0;              ///< the same [m/s]
   /// When within the step something last stopped [s]; NaN: nothing did, or the engine does not locate it.
   double last_stop = kNaN;
@@ -74,7 +74,7 @@ enum class EngineReturn : std::uint8_t {
 std::string_view to_string(EngineReturn after);
 
 /// Steps one scene. Set-up throws InputError; the parts of a step do not throw. One thread; engines of
-/// different scenes share nothing but what their adapters say (tables of a process).
+/// different scenes share nothing but what their adapters name (tables of a process).
 ///
 ///     for (engine->begin_step(); ...) const EngineStep step = engine->step();
 class DynamicsEngine {
@@ -121,8 +121,8 @@ class DynamicsEngine {
   /// Saves the state, between steps; only this engine can restore it. @throws InputError: "unsupported".
   virtual std::unique_ptr<EngineSnapshot> snapshot() const = 0;
   /// Restores a saved state: positions, velocities, drives, latches, joints, the objects in the world, the
-  /// actions still due, and the time. Pushes for the next step are forgotten. after_restore() says how later
-  /// steps compare.
+  /// actions still due, and the time. Pushes for the next step are forgotten. after_restore() states how
+  /// later steps compare.
   /// @throws InputError: of another engine.
   virtual void restore(const EngineSnapshot& snapshot) = 0;
   /// Goes back to the start: the steps that follow are those of a new engine, to the bit. @throws InputError:

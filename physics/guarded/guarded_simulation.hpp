@@ -202,7 +202,7 @@ class GuardedSimulation {
   std::vector<MechanismHandle> mechanisms_;
   std::vector<std::size_t> object_of_slot_;
   std::vector<std::size_t> carrier_;  // by object, as the world has it
-  std::uint64_t latched_ = 0;         // simulation_.worlds() that the world knows
+  std::uint64_t latched_ = 0;         // simulation_.worlds() when the world last took latches over
   std::vector<Hand> hands_;
   CutImpulses impulses_;
   JointFollower follower_;

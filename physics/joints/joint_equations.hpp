@@ -17,7 +17,7 @@ struct JointRow {
 };
 
 /// The equations W lambda = -errors of a JointSystem, W = J M^-1 J^T, solved by a Cholesky factor within the
-/// profile of W and refined as JointSystem says. No allocation while there are no more rows than reserved.
+/// profile of W and refined as JointSystem states. No allocation while there are no more rows than reserved.
 class JointEquations {
  public:
   void reserve(std::size_t rows);

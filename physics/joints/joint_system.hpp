@@ -23,11 +23,11 @@ namespace touchstone::physics {
 ///     J M^-1 J^T lambda = -(J a + bias),   a what moves without them,
 ///
 /// (Featherstone, Rigid Body Dynamics Algorithms, 2008, section 8.3), so that the joints hold as exactly as
-/// the motion is followed. Rows that say the same (a closed loop in a plane, a body held twice) leave the
-/// forces open: then they are those of least sum of squares, each row in units of its own inertia, to 1e-6 of
-/// it. (Tikhonov's regularisation with iterated refinement: Hanke, Groetsch, Nonstationary Iterated Tikhonov
-/// Regularization, 1998.) One order of operations; no allocation while no system is larger than seen. One
-/// thread.
+/// the motion is followed. Rows that repeat each other (a closed loop in a plane, a body held twice) leave
+/// the forces undetermined: the ones taken have the least sum of squares, each row in units of its own
+/// inertia, to 1e-6 of it. (Tikhonov's regularisation with iterated refinement: Hanke, Groetsch,
+/// Nonstationary Iterated Tikhonov Regularization, 1998.) One order of operations; no allocation while no
+/// system is larger than seen. One thread.
 class JointSystem {
  public:
   /// A free body in flight.

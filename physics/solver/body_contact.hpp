@@ -23,7 +23,7 @@ struct BodyContact {
 /// Three doubles as a vector.
 inline Vector3 vector_at(const double* from) { return {from[0], from[1], from[2]}; }
 
-/// Of the first body against the second where they touch.
+/// The velocity of the first body against the second where they touch.
 inline Vector3 relative_velocity(const BodyContact& contact, const double* V) {
   const double* const a = V + contact.first[0];
   const Vector3 v = vector_at(a) + cross(vector_at(a + 3), contact.levers[0]);

@@ -19,7 +19,7 @@ namespace touchstone::physics {
 ///    plus and minus its torque times the step, b relative to the commanded rate. An end stop: 0 to
 ///    infinity.)
 struct ContactProblem {
-  /// Of a joint row's impulse [N m s] or [N s]; may be infinite.
+  /// Bounds of a joint row's impulse [N m s] or [N s]; may be infinite.
   struct Bounds {
     double lower, upper;
   };

@@ -238,7 +238,7 @@ class DynamicsWorld {
   WorldJointState joint_state(std::uint32_t joint) const;
   /// Velocities of a kinematic body from now on. @throws InputError: not one.
   void set_velocity(std::uint32_t kinematic, const Vector3& v_W, const Vector3& w_W);
-  /// A free body as it is from now on, after a latch or a release, say; also of one that was held out.
+  /// Replaces a free body and its state, as after a latch or a release; also of one that was held out.
   /// @throws InputError: no such body, a state that is not finite. Does not allocate.
   void set_body(std::uint32_t body, const RigidBody& as, const RigidBodyState& state);
   /// Takes a body out of the world until set_body(): it keeps its pose and has no momentum. @pre no contact

@@ -23,9 +23,9 @@ namespace touchstone {
 /// wider than theirs): booms are 12-gons, all else octagons; facet_figures has the errors, 6.2 mm on the
 /// booms, 17.1 mm on the end effectors.
 ///
-/// The published inertias of end effectors and booms are said to be about the links' frames, but are less
-/// than mass times the squared distance to mid-span: about those frames they cannot be. They are carried as
-/// published; who computes dynamics has to choose.
+/// The published inertias of end effectors and booms are stated about the links' frames, but are less than
+/// mass times the squared distance to mid-span, which is impossible. They are kept as published; a user who
+/// computes dynamics has to choose.
 MechanismDescription make_ssrms();
 
 /// make_ssrms() that may stand on either end: `base_tip` is to the base's mouth as `tip` is to the other's, a
