@@ -77,7 +77,7 @@ class GrowingList {
     if (count > size_) std::uninitialized_value_construct(end(), data() + count);
     size_ = count;
   }
-  /// @pre the value is none of this list's.
+  /// @pre the value is not an element of this list.
   void resize(std::size_t count, const T& value) {
     make_room(count);
     if (count > size_) std::uninitialized_fill(end(), data() + count, value);

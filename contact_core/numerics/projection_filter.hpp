@@ -8,7 +8,7 @@
 namespace touchstone::numerics {
 
 /// Projections of two sets of eight points (0-7 and 8-15) on directions u x v, in doubles with error bounds:
-/// says which directions separate the sets, which do not, and which need exact arithmetic.
+/// decides which directions separate the sets, which do not, and which need exact arithmetic.
 class ProjectionFilter {
  public:
   using Difference = DifferenceDeterminant::Difference;

@@ -41,7 +41,7 @@ void Account::after_begin(const DynamicsEngine& engine) {
   join(engine);
 }
 
-/// Each contact between a free body and what is none, and gravity.
+/// Adds the impulses of gravity and of each contact between a free body and one that is not free.
 void Account::add_impulses(const DynamicsEngine& engine, std::span<const EngineContact> contacts) {
   const double h = engine.scene().step;
   momentum_ += (h * engine.body_mass()) * engine.scene().gravity_W;

@@ -22,7 +22,7 @@ class Account {
   /// Largest momentum of the free bodies that gravity and what they touched of other kinds do not explain
   /// [N s].
   double unexplained_momentum() const { return unexplained_momentum_; }
-  /// Largest change of what the scene says is conserved; nan where it says nothing [N s], [N m s], [J].
+  /// Largest change of what the scene declares conserved; nan where it declares nothing [N s], [N m s], [J].
   double linear_drift() const { return linear_drift_; }
   double angular_drift() const { return angular_drift_; }
   double energy_drift() const { return energy_drift_; }

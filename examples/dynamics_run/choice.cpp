@@ -48,7 +48,7 @@ void keep_least(std::vector<Standing>& standings, const Figure& figure, double f
   std::erase_if(standings, [&](const Standing& each) { return value(each) > factor * least; });
 }
 
-/// The backends left after each criterion: they say why the others are not chosen.
+/// The backends left after each criterion: they show why the others are not chosen.
 struct Choice {
   std::optional<Standing> best;
   std::vector<Standing> compared;  ///< in time: what the criteria before that left

@@ -56,7 +56,7 @@ Json json(const SceneResult& result, const BackendRun& run) {
   out["answers"] = Json::array();
   for (std::size_t i = 0; i < run.answers.size() && result.scene->answers_hold; ++i)
     out["answers"].push_back(json(*result.scene, result.scene->answers[i], run.answers[i]));
-  // Errors, drifts and energies are in SI units, as their keys say.
+  // Errors, drifts and energies are in SI units, which their keys name.
   out["deepest_m"] = number(run.deepest);
   out["pose_error_m"] = number(run.pose_error);
   out["angle_error_rad"] = number(run.angle_error);

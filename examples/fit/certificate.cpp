@@ -63,7 +63,7 @@ std::string certificate_text(const Certificate& certificate) {
     for (const Vector3& p : vertices) list.push_back(point(p));
     hexahedra.push_back(std::move(list));
   }
-  // The hash says of which mesh the claim is.
+  // The hash names the mesh that the claim is about.
   Json json = {{"format", kFormat},
                {"mesh",
                 {{"file", certificate.mesh_file},

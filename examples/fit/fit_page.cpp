@@ -242,7 +242,7 @@ std::string fit_page(const FitRun& run, const MeshDistance& solid, const ExcessS
       "% of the diagonal); asked were {}.",
       program::format_count(run.triangles), run.diagonal, run.fit.hexahedra.size(),
       millimetres(run.fit.excess), 100.0 * run.fit.excess / run.diagonal, millimetres(run.over));
-  // The page's template says whether the cover is proven.
+  // The page's template states whether the cover is proven.
   return filled(
       fit_page_text("page.html"),
       {{"title", "Cover of " + xml_text(run.certificate.mesh_file)},

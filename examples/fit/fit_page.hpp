@@ -17,7 +17,7 @@ struct CurvePoint {
 };
 
 /// Fits within the run's error and twice, four and eight times as much, coarsest first; the run's own is
-/// taken over. Errors for which there is none are left out.
+/// taken over. Errors without one are left out.
 std::vector<CurvePoint> fit_curve(const FitRun& run, const FitRequest& request,
                                   program::ProgressLine& progress);
 

@@ -139,7 +139,7 @@ FitRun run_fit(const std::filesystem::path& mesh, const FitRequest& request,
   run.note = std::move(read.note);
   const TriangleMesh& triangles = run.mesh;
   const MeshDistance solid(weld(triangles));
-  // Shells that are open get no inside, which the report must say.
+  // Open shells get no inside, which the report must state.
   run.name = cover_name(mesh);
   run.triangles = triangles.triangles.size();
   run.shells = solid.shells().count();

@@ -60,7 +60,7 @@ struct FitRun {
   std::size_t samples = 0, uncovered = 0;
   Certificate certificate;
   std::vector<CoarserLevel> levels;
-  std::vector<Certificate> level_certificates;  ///< one a level: proven too, where the verdict says so
+  std::vector<Certificate> level_certificates;  ///< one a level: proven too, where the verdict is so
   std::vector<program::ReportFile> more;        ///< pictures and scenes where they are asked for
 };
 

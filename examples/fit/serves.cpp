@@ -61,7 +61,7 @@ class Search {
   }
 
  private:
-  // Down to the tolerance; the flight of each cover says where the next one has to be right.
+  // Down to the tolerance; the flight of each cover shows where the next one has to be right.
   void approach() {
     add(kFirst * tolerance_, kFirst * tolerance_, false);
     for (const double times : kBetween) add(times * tolerance_, kFirst * tolerance_, false);

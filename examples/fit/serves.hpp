@@ -18,7 +18,7 @@
 // is within e of the mesh, whatever the cover does elsewhere. Between two meshes it is the sum of both
 // errors. That is checked of each row's own flight, not assumed.
 //
-// It bounds clearances, not ways: what meets the mesh at a slant is stopped earlier on its way by more than
+// It bounds clearances, not paths: what meets the mesh at a slant is stopped earlier on its way by more than
 // e, what passes closely may be stopped, and a stop that ends a frame later leaves the flights far apart for
 // that frame. How much covers that serve differ in these is measured, see difference().
 

@@ -186,7 +186,7 @@ NearCells::Part NearCells::part_of(std::vector<Index> cells) const {
       }
     }
   }
-  // A cut that gains little is none.
+  // A cut that gains little is not made.
   if (static_cast<double>(part.gain) < kLeastGain * static_cast<double>(part.count)) part.gain = 0;
   part.cells = std::move(cells);
   return part;

@@ -11,7 +11,7 @@ namespace touchstone::robot_files {
 /// in metres and of what was asked of its cover. Files that are there are never written to.
 class KeptCovers {
  public:
-  /// @throws InputError: the folder is none and cannot be made.
+  /// @throws InputError where the path is no folder and none can be made.
   explicit KeptCovers(std::filesystem::path folder);
 
   /// None: none is kept. @throws InputError naming the file: unreadable, malformed, of another mesh.

@@ -111,7 +111,7 @@ int replay_file(StationOptions options, const fs::path& folder) {
   std::ifstream head = open_recording(options.replay);
   const station::Recording header = read_header(head, options.replay.string());
   options.rate = header.rate;
-  // A scene of one's own: from where it was, unless --scene says where it is now.
+  // A scene of one's own: from where it was, unless --scene names another place.
   if (options.scripts.empty() && fs::path(header.script).parent_path() != fs::absolute(folder) &&
       fs::is_regular_file(header.script))
     options.scripts.emplace_back(header.script);
@@ -216,7 +216,7 @@ void print_address(const StationOptions& options, const Server& server) {
   program::print_now(fmt::format("http://{}:{}/{}\n", host, server.port(), token));
 }
 
-/// What the recording of a live flight begins with.
+/// The head of a live flight's recording.
 station::Recording header_of(const StationOptions& options, const StationScene& scene) {
   station::Recording header;
   header.scene = scene.name;

@@ -5,7 +5,8 @@
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/tests/backend_suite/suite.hpp"
 
-// A pose that is none gives no number: its pair has failed, and the batch's other pairs do not notice.
+// An invalid pose gives no number: its pair has failed, and the batch's other pairs are answered as without
+// it.
 
 namespace touchstone::suite {
 namespace {

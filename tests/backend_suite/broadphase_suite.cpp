@@ -217,7 +217,8 @@ struct ScenePaths {
   }
 };
 
-/// Of the interface a broadphase may know poses only, and says so; the paper's is the only one here.
+/// By the interface a broadphase may take poses only (update_paths() returns false); the paper's is the only
+/// one here.
 bool knows_poses_only(Broadphase& broadphase, const SolidPaths& paths) {
   return broadphase.name() == "edge_face" && !broadphase.update_paths(paths, {});
 }

@@ -43,7 +43,7 @@ struct KnownPair {
   Vector3 n_AB_W;
 };
 
-// Boxes meeting along x, y and z, both ways round, apart and overlapping.
+// Boxes meeting along x, y and z, in both orders, apart and overlapping.
 std::vector<KnownPair> known_pairs() {
   std::vector<KnownPair> pairs;
   const Vector3 cube(2.0, 2.0, 2.0);

@@ -143,7 +143,7 @@ TEST_F(Bench, PairsOfRunsAreCapturedTheSameEachTime) {
 }
 
 TEST_F(Bench, WhatCannotBeCapturedIsNamedBeforeTheRuns) {
-  // Neither scene is there: that would be said first by a run.
+  // Neither scene is there: a run would report that first.
   const Outcome twice =
       run(CAPTURE_PAIRS " " + at("pairs.json") + " --most 5 --scene a/one.yaml --dynamics b/one.yaml");
   EXPECT_EQ(twice.code, 2);

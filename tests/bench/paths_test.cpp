@@ -154,7 +154,7 @@ TEST_F(Judged, AContactBetweenTwoPosesIsUnseen) {
 
 // ---- engines' own sweeps
 
-/// Says what it was told to.
+/// Gives the answers that it was made with.
 class ToldSweep final : public Sweep {
  public:
   ToldSweep(std::optional<double> said, double most_turn, bool throws)

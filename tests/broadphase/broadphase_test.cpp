@@ -46,7 +46,7 @@ class BroadphaseTest : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(Core, BroadphaseTest, testing::Values("brute_force", "native", "edge_face"),
                          [](const auto& test) { return std::string(test.param); });
 
-// Properties that the paper's broadphase lacks, and says so: edge_face_broadphase_test.cpp.
+// Properties that the paper's broadphase lacks by its documentation: edge_face_broadphase_test.cpp.
 class WholeContractTest : public BroadphaseTest {};
 INSTANTIATE_TEST_SUITE_P(Core, WholeContractTest, testing::Values("brute_force", "native"),
                          [](const auto& test) { return std::string(test.param); });

@@ -83,7 +83,7 @@ class Wood {
  private:
   static constexpr double kExtent = 30.0, kMargin = 0.5;
 
-  /// One solid each, so that spheres alone say which objects pair.
+  /// One solid each, so that spheres alone decide which objects pair.
   void add_to_scene() {
     const Vector3 size = Vector3::Constant(1.5) + random_vector(random_, 1.4);
     scene_.add({{"", Hexahedron::from_size(size), {}}}, random_pose(random_, kExtent));

@@ -262,7 +262,7 @@ TEST(TOUCHSTONE_SUITE, ACompoundsChildrenAreChecked) {
   EXPECT_GE(scene.plugin->statistics().checks, 1u);
 }
 
-/// Keeps what it is told.
+/// Keeps what it observes.
 struct Observer final : PairObserver {
   std::vector<PairStatus> statuses;
   PairGeometry last{};

@@ -1,4 +1,4 @@
-// The quick test that most pairs end at: where it says apart, they are.
+// The quick test that most pairs end at: pairs that it calls apart are apart.
 
 #include <gtest/gtest.h>
 

@@ -158,11 +158,11 @@ TEST(CInterface, RadiiThatAreNoneAreNamedAndTheLastBuildStays) {
               TOUCHSTONE_BAD_INPUT);
     EXPECT_THAT(touchstone_error(), testing::AllOf(HasSubstr("solid 1"), HasSubstr("radius")));
   }
-  // What is flat is a solid by its radius alone.
+  // A flat hexahedron is a solid only with a radius.
   for (std::size_t i = 0; i < 8; ++i) corners[24 + 3 * i] = 0.0;
   EXPECT_EQ(touchstone_build_rounded(c.narrowphase.get(), corners.data(), nullptr, 2), TOUCHSTONE_BAD_INPUT);
   EXPECT_THAT(touchstone_error(), HasSubstr("solid 1"));
-  // A backend that takes none says so.
+  // A backend without rounded solids refuses them by name.
   touchstone_narrowphase* made = nullptr;
   ASSERT_EQ(touchstone_create("edge_face", &made), TOUCHSTONE_OK);
   const std::unique_ptr<touchstone_narrowphase, Destroy> edge_face(made);

@@ -1,5 +1,5 @@
-// The bundled dynamic scenes: what their files say they come to against the closed forms, evaluated here from
-// the scenes' figures, and what runs over native's and exact's contacts come to.
+// The bundled dynamic scenes: the results that their files state against the closed forms, evaluated here
+// from the scenes' figures, and what runs over native's and exact's contacts come to.
 
 #include <gtest/gtest.h>
 
@@ -347,7 +347,7 @@ TEST(Verdict, WhereNothingTouchesThereIsNothingToChooseBy) {
   EXPECT_EQ(result.recommended, "");
   EXPECT_EQ(result.reason, "nothing touches: every backend would do");
   EXPECT_NE(terminal_text(result).find("  no verdict: nothing touches"), std::string::npos);
-  // A contact that the reference does not know of is none, and what it comes to is said.
+  // A contact that the reference lacks does not count, and its depth is reported.
   quick = made_up("quick", 1.0, 0.5);
   result = judged({quick, truth});
   EXPECT_EQ(result.recommended, "");
@@ -367,7 +367,7 @@ TEST(Verdict, OverAllScenesIsForWhatHoldsInEachOfThem) {
   EXPECT_EQ(verdict.reason,
             "within every scene's limits; at most 2.00 times behind the fastest, median and 99.9 %, no "
             "allocation; slower: slow (up to 50.00 times), truth (up to 500.00 times); off: quick in 1");
-  // A scene without contact says nothing of times, but a run that goes wrong in it is off.
+  // A scene without contact decides nothing about times, but a run that fails in it is out.
   BackendRun still = made_up("steady", 1000.0, 0.0), truth = made_up("truth", 1.0, 0.0),
              quick = made_up("quick", 1.0, 0.0), slow = made_up("slow", 1.0, 0.0);
   for (BackendRun* run : {&still, &truth, &quick, &slow}) run->contact_count = 0;

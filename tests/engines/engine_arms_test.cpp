@@ -1,5 +1,5 @@
 // Arms in every dynamics engine: torques and their limits, brakes, rates, stops and latches against closed
-// forms, within what each method may be off. Where an engine has no such feature, it must say so.
+// forms, within what each method may be off. An engine without the feature must refuse it by name.
 
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ constexpr double kInertia = kMass * kLength * kLength / 3.0;
 
 class EngineArms : public EngineSuite {
  protected:
-  /// True where the engine lacks the feature, and then that it says so.
+  /// True where the engine lacks the feature; checks that it refuses it by name.
   bool is_refused(EngineFeature feature, const DynamicScene& scene) {
     if (can(EngineFeature::arms) && can(feature)) return false;
     EXPECT_THROW(engines().make(GetParam(), scene), InputError);

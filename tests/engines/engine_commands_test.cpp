@@ -21,7 +21,7 @@ using physics::TouchEvent;
 
 class EngineCommands : public EngineSuite {};
 
-/// One step, with what is told in between begin_step() and step().
+/// One step, with commands between begin_step() and step().
 template <class Tell>
 void take_step(physics::DynamicsEngine& engine, const Tell& tell) {
   engine.begin_step();

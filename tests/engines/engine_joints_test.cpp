@@ -1,5 +1,5 @@
 // Joints between bodies in every dynamics engine that has them: closed loops, motors, stops, joined and let
-// go mid-run, within what each method may be off. Where an engine has none, it must say so.
+// go mid-run, within what each method may be off. An engine without them must refuse them by name.
 
 #include <gtest/gtest.h>
 

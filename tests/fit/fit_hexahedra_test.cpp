@@ -89,7 +89,7 @@ TEST(MeshDistance, ShellsMayOverlapBeCavitiesOrStandInsideOut) {
   EXPECT_FALSE(MeshDistance(weld(inverted)).is_inside({1.5, 1.51, 1.52}));
 }
 
-// Of random tetrahedra of a size in a cube, so many are called solid; points of these are inside.
+// Counts the random tetrahedra of a size in a cube that are called solid; points of these are inside.
 std::size_t solid_of_random(const MeshDistance& mesh, std::mt19937_64& engine, int tries, double cube,
                             double size) {
   const auto next = [&] { return static_cast<double>(engine() >> 11) * 0x1p-53; };

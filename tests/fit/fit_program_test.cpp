@@ -157,7 +157,7 @@ TEST_F(FitProgramRun, OptionsThatWouldBeIgnoredAreRefused) {
 }
 
 #ifdef TOUCHSTONE_HAS_SCENE_FILES
-// Both would become one scene: said before the search, which may take long.
+// Both would become one scene: reported before the search, which may take long.
 TEST_F(FitProgramRun, ASceneIsServedByOneMeshAnObject) {
   const std::string scene =
       write("s.yaml",

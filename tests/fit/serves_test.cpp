@@ -233,7 +233,7 @@ TEST_F(Serves, WhereCoversThatServeStopElsewhereThatIsSaid) {
               HasSubstr("STOPS ARE NOT SURE: of 2 more that serve, 1 have other contacts"));
   result.rows.pop_back();
   EXPECT_THAT(serves_text(result, asked), HasSubstr("of 1 more that serve, contacts are the same"));
-  // Stops that are further apart than the tolerance are said, too.
+  // Stops that are further apart than the tolerance are reported, too.
   asked.scene.objects[1].X_WO.p.z() = 0.5;
   result.rows[0].flight = flight_over(asked, {2.0, 2.0, 1.0});
   result.rows[1].flight = flight_over(asked, {2.05, 2.0, 1.0});
@@ -350,7 +350,7 @@ TEST_F(Serves, ASearchEndsInTimeWithTheBestSoFar) {
   EXPECT_FALSE(none.best);
   EXPECT_THAT(serves_text(none, asked), HasSubstr("the time was up"));
 
-  // Cut after the first row: what is there is said, with the error that it is right to.
+  // Cut after the first row: that row is reported, with the error that it is right to.
   asked.seconds = 1e9;
   std::size_t rows = 0;
   const ServesResult some = find_coarsest(fit_, asked, *progress_, [&](const ServesRow&) {
@@ -382,7 +382,7 @@ TEST_F(Serves, AMeshThatMovesIsFittedWhereItComesNearOthers) {
   for (const Bounds& zone : best.zones[0]) EXPECT_GT(zone.low.x(), 1.0);
 }
 
-// Both may be too large where they meet: each gets half of the tolerance, and the sum is what is said.
+// Both may be too large where they meet: each gets half of the tolerance, and the sum is reported.
 TEST_F(Serves, OfTwoMeshesThatMeetTheErrorsAddUp) {
   ServesRequest asked = request("    motion: {segments: [{velocity: [-0.5, 0, 0]}]}\n");
   asked.scene.objects[1].X_WO.p = Vector3(3, 0, 0);
@@ -441,7 +441,7 @@ TEST_F(Serves, ElsewhereGrowsAsLongAsThereAreFewer) {
   EXPECT_NEAR(tried.back(), counts[at] < counts[at - 1] ? 1024.0 : 16.0, 1e-9);
 }
 
-/// A cube of 0.1 m that goes along some ways, without turning, seen every 0.1 m.
+/// A cube of 0.1 m that moves along some paths, without turning, seen every 0.1 m.
 SeenObject cube_along(std::span<const Vector3> corners) {
   SeenObject cube;
   cube.parts_O.push_back({Vector3::Constant(-0.05), Vector3::Constant(0.05)});

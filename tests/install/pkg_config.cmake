@@ -1,4 +1,4 @@
-# Builds SOURCES by what pkg-config says of MODULE in the installed copy, and runs the program.
+# Builds SOURCES by pkg-config's flags for MODULE in the installed copy, and runs the program.
 # cmake -D PREFIX=... -D WORK_DIR=... -D MODULE=... -D SOURCES=a,b [-D DEFINE=...] -D PKG_CONFIG=... -D CXX=... -D CXX_FLAGS=... -P ...
 include(${CMAKE_CURRENT_LIST_DIR}/run.cmake)
 

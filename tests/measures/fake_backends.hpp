@@ -48,7 +48,7 @@ class PairByPair : public Narrowphase {
 };
 
 /// right, missing_contacts, seeing_phantoms, off_by_1e-3, not_a_number, unsupported, failing, undecided: each
-/// wrong in the way it is named. right allocates nothing; every one is told apart by its name.
+/// wrong in the way it is named. right allocates nothing; every one has a name of its own.
 void register_fakes(BackendRegistry& registry);
 
 }  // namespace touchstone::measures::testing

@@ -41,7 +41,7 @@ TEST(Spdm, HasThePublishedMassAndJointOrigins) {
   const Vector3 tip(-1.380 + c * along + c * up, -0.269 - 0.143 - 0.061 + 0.327 + 0.112,
                     1.425 - c * along + c * up);
   EXPECT_LE(norm(X[arm.find_link("tip_1")].p - tip), 1e-14);
-  // The arm without its tool reaches as far as public figures say, 3.35 to 3.5 m.
+  // The arm without its tool reaches as far as public figures have it, 3.35 to 3.5 m.
   const double reach = norm(Vector3(-0.338, -0.269, 0.192)) + norm(Vector3(-0.296, -0.143, 0.132)) +
                        norm(Vector3(-1.087, -0.061, 0.013)) + norm(Vector3(-1.087, 0.327, -0.013)) +
                        norm(Vector3(-0.282, 0.112, -0.120));

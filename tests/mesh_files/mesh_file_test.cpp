@@ -174,7 +174,7 @@ TEST(MeshFile, TheUpAxisIsStatedOrTakenAsWritten) {
 
 TEST(MeshFile, AnUnexpectedSizeIsRefused) {
   MeshFileOptions options = metres();
-  options.expected_size = 0.0017;  // the file is in millimetres, and was said to be in metres
+  options.expected_size = 0.0017;  // the file is in millimetres, but metres were stated
   EXPECT_THAT(error("a.obj", kObj, options), HasSubstr("it is 1.73205 m across where about 0.0017 m"));
   options.expected_size = 1000.0;
   EXPECT_THAT(error("a.obj", kObj, options), HasSubstr("is the unit right?"));

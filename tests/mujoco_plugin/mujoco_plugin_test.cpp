@@ -232,7 +232,7 @@ TEST(MujocoPlugin, AMeshThatIsNoHexahedronGoesToTheEngine) {
   }
 }
 
-/// Keeps what it is told.
+/// Keeps what it observes.
 struct Observer final : PairObserver {
   struct Observation {
     std::array<Vector3, 2> half_extents;

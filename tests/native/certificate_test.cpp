@@ -89,7 +89,7 @@ bool is_right(const OverlapCertificate& certificate, const Points& p) {
   return false;
 }
 
-/// Certified, confirmed, and what native says.
+/// The certificate, its confirmation, and native's answer.
 Kind expect_certified(const Hexahedron& a, const Pose& X_WA, const Hexahedron& b, const Pose& X_WB) {
   const OverlapCertificate certificate = certify_overlap(a, X_WA, b, X_WB);
   EXPECT_TRUE(is_right(certificate, exact_vertices(a, X_WA, b, X_WB))) << static_cast<int>(certificate.kind);

@@ -204,7 +204,7 @@ TEST_F(OdePlugin, WhatWasThereIsThereAgain) {
   EXPECT_EQ(answers(geoms_), engines);
 }
 
-/// Keeps what it is told.
+/// Keeps what it observes.
 struct Observer final : PairObserver {
   struct Observation {
     std::array<Vector3, 2> half_extents;

@@ -71,7 +71,7 @@ json list_of(const json& message, const std::string& name) {
   return found.is_array() ? found : json::array({found});
 }
 
-/// Every field by its name: what the dissector has to say, all of it, and nothing else.
+/// Every field by its name: all that the dissector must print, and nothing else.
 using Fields = std::map<std::string, double>;
 
 Fields fields_of(const json& packet) {

@@ -185,7 +185,7 @@ TEST(RecorderThread, WholeFramesOnlyWhenTheDiskFillsAndIsFreedAgain) {
   std::uint64_t expected = 0;
   for (const RecordedFrame& frame : recording.frames) {
     expected += frame.lost_before;
-    EXPECT_EQ(frame.frame, expected++);  // lost ones are told of where they are missing
+    EXPECT_EQ(frame.frame, expected++);  // lost ones are reported where they are missing
     expect_same_frame(frame, frames[frame.frame], recording);
   }
 }

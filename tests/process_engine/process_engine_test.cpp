@@ -24,7 +24,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-/// An engine's narrowphase, and what was told of it.
+/// An engine's narrowphase, and the messages about it.
 struct Engine {
   std::vector<std::string> told;
   BackendRegistry registry;
@@ -299,7 +299,7 @@ TEST(ProcessEngine, SameBitsAsInThisProcess) {
 }
 
 #ifdef HAS_NUMPY
-// Both formats say the same, and nothing that is wrong.
+// Both formats give the same answers, and no wrong ones.
 TEST(ProcessEngine, EnginesInPython) {
   Engine numpy({PYTHON, std::string(EXAMPLES) + "/spheres.py"}),
       lines({PYTHON, std::string(EXAMPLES) + "/spheres_lines.py"});

@@ -11,7 +11,7 @@
 #include "touchstone/tests/support/ask.hpp"
 #include "touchstone/tests/support/random_solid.hpp"
 
-// Rounded solids on their way: stops known in closed form, and random ways against exact answers on them.
+// Rounded solids in motion: stops known in closed form, and random paths against exact answers on them.
 
 namespace touchstone {
 namespace {

@@ -54,7 +54,7 @@ std::string error_in_joint(const std::string& joint) {
       joint + "}\n");
 }
 
-// All that a scene may say of dynamics.
+// All keys of a scene's dynamics.
 constexpr const char* kWhole =
     "dynamics:\n"
     "  gravity: [0, 0, -9810]\n"

@@ -54,7 +54,7 @@ struct Pilot {
     return !judge.contacts(method.poses(), method.formation()).empty();
   }
 
-  /// Straight to the place and the attitude. False: not there after so many seconds.
+  /// Straight to the place and the attitude. False: not there in time.
   bool fly_to(const Vector3& p_W, double speed = 0.3, double seconds = 30.0, const Matrix3& R_W = down()) {
     for (int frame = 0; frame < static_cast<int>(seconds * kRate); ++frame) {
       const Pose X = tip();
@@ -73,7 +73,7 @@ struct Pilot {
     hand.grip = rate;
     for (int frame = 0; frame < static_cast<int>(seconds * kRate); ++frame) step(hand);
   }
-  /// In joint mode. False: not there after so many seconds.
+  /// In joint mode. False: not there in time.
   bool drive(const std::string& name, double value, double seconds) {
     const Mechanism& mechanism = *scenes[0]->arm()->mechanism;
     set({Kind::joint_mode, true, mechanism.joints()[mechanism.find_joint(name)].value});

@@ -95,7 +95,8 @@ TEST(StationDynamics, AGrappledOruIsCarriedPushesAndIsLetGo) {
   const Vector3 before = forces.place(forces.oru);
   forces.fly(along(0.0, 0.0, 0.5), 25);
   EXPECT_NEAR(forces.place(forces.oru).z() - before.z(), 0.25 * 0.37, 0.05 * 0.25 * 0.37);
-  // Down again, onto the pallet: torques hold the load against it, and the page is told what stops it.
+  // Down again, onto the pallet: torques hold the load against it, and the page gets the name of what stops
+  // it.
   forces.fly(along(0.0, 0.0, -0.5), 200);
   EXPECT_GT(forces.figures().largest_force, 100.0);
   EXPECT_LE(forces.figures().torque_share, 1.0 + 1e-9);

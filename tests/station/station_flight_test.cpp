@@ -94,7 +94,7 @@ TEST(StationReplay, RefusesLinesThatAreNoInputsAndSaysWhere) {
   }
 }
 
-/// The hand goes straight on for so long, then what `exact` says about each method.
+/// The hand goes straight on for a time; returns `exact`'s verdict on each method.
 JudgeFigures judged_after(const StationScenes& scenes, const HandInput& hand, int frames) {
   Session session(scenes, 0);
   MergeJudge judge(scenes);

@@ -9,7 +9,7 @@
 
 namespace touchstone {
 
-/// The page in a browser. Needs Chromium, which is for such tests alone: where there is none they are
+/// The page in a browser. Needs Chromium, which is for such tests alone: where it is missing they are
 /// skipped, and fail where TOUCHSTONE_NEEDS_BROWSER is set, as .ci/run does.
 class PageInBrowser : public ProgramTest {
  protected:

@@ -121,7 +121,7 @@ TEST(Urdf, MeshesAndRoundShapesAreReplacedAndAccountedFor) {
   EXPECT_NEAR(low, 0.12, 1e-12);
   EXPECT_NEAR(high, 0.72, 1e-12);
   EXPECT_NEAR(widest, 0.08 * std::cos(std::numbers::pi / 8), 1e-4);
-  // The hand's file is in millimetres: its scale says so.
+  // The hand's file is in millimetres, which its scale states.
   EXPECT_NEAR(arm.links()[arm.find_link("hand")].tree->solids()[0].solid.size(), 0.187, 1e-3);
 }
 

@@ -12,7 +12,7 @@
 
 namespace touchstone::comparison {
 
-/// One answer that a results file names: the case and what the engine said.
+/// One answer that a results file names: the case and the engine's answer.
 struct FiledAnswer {
   std::string id, reason, status;
   double cost = 0;           ///< [m]

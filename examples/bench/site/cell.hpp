@@ -13,7 +13,7 @@ enum class Grade : std::uint8_t {
 };
 inline constexpr double kCoarse = 1e-6, kFar = 1e-3;
 
-/// What a page says that an answer costs: 0 where that is the least above 0, by which a wrong class is
+/// The cost of an answer as a page shows it: 0 where that is the least above 0, by which a wrong class is
 /// charged where solids touch exactly (measures/accuracy), over S or not.
 double shown_cost(double cost);
 

@@ -15,7 +15,7 @@ namespace touchstone::comparison {
 int run_decide(int argc, const char* const* argv) {
   CLI::App app{"The verdict of a finished run for other choices, as its page gives it."};
   app.name("compare_backends decide");
-  // Choices are made by the same options as of a run.
+  // Choices are made by the same options as in a run.
   std::string file;
   ChoiceOptions options;
   app.add_option("RESULTS.json", file, "results.json of the run")->required();

@@ -23,7 +23,7 @@ namespace {
 
 struct PartText {
   const char* title;
-  const char* compared;  // what "no change" is said of
+  const char* compared;  // the subject of "no change"
   bool needs_exact;
 };
 constexpr PartText kParts[kFactParts] = {

@@ -22,7 +22,7 @@ std::vector<std::size_t> doubled_ranks(std::span<const double> x, std::span<cons
   return ranks;
 }
 
-// ways[s]: how many choices of `count` of the ranks sum up to s.
+// ways[s]: the number of choices of `count` ranks whose sum is s.
 std::vector<double> ways_to_choose(std::span<const std::size_t> ranks, std::size_t count) {
   const std::size_t most = std::accumulate(ranks.begin(), ranks.end(), std::size_t{0});
   std::vector<std::vector<double>> ways(count + 1, std::vector<double>(most + 1, 0.0));

@@ -130,7 +130,7 @@ std::string time_plot(const SetResult& set, QueryKind query, const Decades& axis
                        xml_text(backend.name));
     const BackendResult::Rows& rows = backend.rows[q];
     const Modes modes = modes_of(rows);
-    // Wrong answers have no speed: the row says so instead.
+    // Wrong answers have no speed: the row has a note instead.
     if (wrong) {
       svg += fmt::format("<text class='small' x='{}' y='{:.1f}'>{}: no speed</text>", kLeft + 10,
                          top + kRow / 2 + 4, no_speed_words(backend.judgement.wrongness[q]));

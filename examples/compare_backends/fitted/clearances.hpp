@@ -9,7 +9,7 @@
 
 namespace touchstone::comparison {
 
-/// How far a probe and a cover are apart, as a backend says it.
+/// The distance of a probe from a cover, by a backend's answer.
 struct Clearance {
   double value = 0.0;      ///< [m]; 0 in contact, +inf beyond the range
   bool is_known = true;    ///< false: a pair that counts was unsupported or failed

@@ -49,7 +49,7 @@ ClearancePoses make_poses(const TriangleMesh& mesh, const FittedCover& finest, c
   const Surface surface(mesh);
   ClearanceQuery clear(finest, result, make_native());
   Random random(mix_seed(request.seed, 0, 0));
-  // A mesh may be turned inside out, and a sheet has two sides: chance says on which side to look.
+  // A mesh may be turned inside out, and a sheet has two sides: the side to look from is drawn at random.
   for (std::size_t i = 0; i < kTriesAPose * request.count && result.poses.size() < request.count; ++i) {
     const SurfacePoint at = surface.point(random);
     const Vector3 out = random.sign() * at.n;

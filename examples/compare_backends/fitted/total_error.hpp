@@ -48,7 +48,7 @@ TotalErrors measure_total_errors(std::span<const FittedCover> covers, const Clea
                                  const BackendRegistry& registry, std::span<const std::string> backends,
                                  int repetitions, const Progress& progress = {});
 
-/// The cheapest row whose total is at most `allowed`, of those that were timed; none where there is none.
+/// The cheapest of the timed rows whose total is at most `allowed`, or none.
 std::optional<std::size_t> cheapest_within(const TotalErrors& errors, double allowed);
 
 }  // namespace touchstone::comparison

@@ -26,7 +26,7 @@ PathFault judge_path(const SolidPaths& paths, const PathTruth& truth, std::span<
                      const Impact& impact, const Oracle& oracle) {
   const bool goes_on = impact.status == ImpactStatus::clear;
   PathFault fault{paths.id, "", goes_on ? 1.0 : impact.lo, 0, 0};
-  // Contacts that it passes by count however near, and what it cannot say is open.
+  // Contacts that it passes count, however slight; what it cannot answer is open.
   if (truth.path_class == PathClass::meets && fault.s > truth.hi)
     fault.reason = goes_on ? "missed" : "late";
   else if (impact.status == ImpactStatus::failed)

@@ -15,7 +15,7 @@ inline constexpr double kEarlyFrom = 1e-3;
 struct PathFault {
   std::string id;
   std::string reason;  ///< missed, late, phantom, early, open, failed; empty: a cost alone
-  double s = 0;        ///< where the backend says that motion stops; 1: nowhere
+  double s = 0;        ///< where motion stops by the backend's answers; 1: nowhere
   double cost = 0;     ///< [m]: how deep the solids are there, or how far apart; at poses in between, too
   double cost_over_scale = 0;
 };
@@ -31,7 +31,7 @@ struct PathBackendResult {
               answered = 0;
   PathFault worst;                ///< the dearest of all answers, right ones among them
   std::vector<PathFault> faults;  ///< wrong and open ones, the dearest first, at most kKeptWrongCases
-  // The first of the path's poses at which it says contact, beside the exact one.
+  // The first of the path's poses at which it answers contact, beside the exact one.
   std::size_t pose_right = 0, pose_later = 0, pose_earlier = 0, pose_open = 0;
 
   std::size_t wrong() const { return missed + late + phantom + early + failed; }

@@ -13,7 +13,7 @@ const mesh = unpack(data.mesh), cover = unpack(data.cover);
 const worst = data.worst.map(w => ({ ...w, at: w.at.map((x, i) => x - data.middle[i]) }));
 const radius = 0.5 * Math.hypot(...data.span);
 
-// Cividis-like: from dark blue over grey to yellow, told apart by the colour-blind and in grey.
+// Cividis-like: from dark blue over grey to yellow, distinct for the colour-blind and in grey.
 const stops = [[0, 34, 78], [60, 77, 110], [124, 123, 120], [188, 175, 111], [254, 232, 56]];
 function ramp(share) {
   const x = Math.min(Math.max(share, 0), 1) * (stops.length - 1), i = Math.min(Math.floor(x), stops.length - 2);

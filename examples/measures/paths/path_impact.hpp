@@ -34,7 +34,7 @@ GapRule gap_rule(const Narrowphase& narrowphase, double scale);
 
 PathAnswers run_paths(const BackendRegistry::NarrowphaseEntry& backend, const PairSet& set,
                       std::size_t poses);
-/// Where an engine's sweep stops; nobody says which gap it keeps, so that it is held to kPathGap.
+/// Where an engine's sweep stops. The gap that it keeps is not known, so that it is held to kPathGap.
 PathAnswers run_sweep(const SweepEntry& sweep, const PairSet& set, std::size_t poses);
 
 }  // namespace touchstone::measures

@@ -8,12 +8,12 @@
 /// @file
 /// Paths of two solids as sets of pairs: `poses` consecutive cases are one path, at s = 0, 1 / (poses - 1)
 /// and so on to 1, with the ids "id@0", "id@1" ... So engines are asked about them, and judged, as about any
-/// pairs. Between its poses a path is what its ends say: each solid's origin moves straight and it turns at a
-/// constant rate about a fixed axis, the shorter way (RigidPath::between).
+/// pairs. Between its poses a path follows from its ends: each solid's origin moves straight and it turns at
+/// a constant rate about a fixed axis, the shorter way (RigidPath::between).
 
 namespace touchstone::measures {
 
-/// Two solids on their ways, s from 0 to 1.
+/// Two solids on their paths, s from 0 to 1.
 struct SolidPaths {
   std::string id;
   std::array<Hexahedron, 2> solids;

@@ -7,7 +7,7 @@
 
 namespace touchstone::measures {
 
-/// Whether two solids meet on their ways.
+/// Whether two solids meet on their paths.
 enum class PathClass : std::uint8_t {
   clear,  ///< apart on the whole path, proven
   meets,

@@ -21,7 +21,7 @@ struct Change {
   Change& operator+=(const Change& more);
 };
 
-/// The same pairs asked in other ways; a right answer depends on none of them.
+/// The same pairs, asked differently; a right answer does not depend on that.
 struct Consistency {
   Change swapped;   ///< (b, a) for (a, b), the normal negated
   Change moved;     ///< both solids moved by one rotation and translation; bits are not compared

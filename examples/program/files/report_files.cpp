@@ -75,7 +75,7 @@ class TemporaryFile {
       else if (errno != EINTR)
         error = errno;
     }
-    // Some systems say only here that the disk is full.
+    // Some systems report only here that the disk is full.
     if (::close(descriptor) != 0 && error == 0) error = errno;
     if (error == 0) return;
     unlink(path_.c_str());

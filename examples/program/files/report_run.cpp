@@ -64,7 +64,7 @@ void ReportRun::finish(std::vector<ReportFile> files) {
   const auto hold = hold_interrupts();
   put(std::move(files));
   put_log();
-  // From here on the files say that they are complete: no destructor writes them as partial ones.
+  // From here on the files are marked complete: no destructor writes them as partial ones.
   finished_ = true;
   const std::filesystem::path place = place_report(folder_, files_, true);
   if (place != folder_)

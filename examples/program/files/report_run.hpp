@@ -10,8 +10,8 @@
 
 namespace touchstone::program {
 
-/// A report while it is measured, and the log of what engines say meanwhile: engines.log, where they do. A
-/// signal, or an exception that leaves the run, writes what there is so far as a partial report: see
+/// A report while it is measured, and the log of what engines print meanwhile: engines.log, where they print.
+/// A signal, or an exception that leaves the run, writes what there is so far as a partial report: see
 /// place_report().
 class ReportRun {
  public:

@@ -15,7 +15,7 @@ namespace touchstone::program {
 struct BundledFiles {
   std::filesystem::path folder;
   std::string_view folder_option;  ///< "--scenes"
-  std::string_view none_such;      ///< what is said of a choice that is neither bundled nor a YAML file
+  std::string_view none_such;      ///< the message for a choice that is neither bundled nor a YAML file
 };
 
 /// Those wanted by --scene: a number ("8", "08": every file whose name starts with it), a name without .yaml,

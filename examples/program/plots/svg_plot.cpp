@@ -40,7 +40,7 @@ std::string mark_path(int shape, double x, double y, double r) {
     }
     return fmt::format("<polygon points='{}'/>", points);
   };
-  // Outlines differ, so that backends are told apart without colours.
+  // Outlines differ, so that backends are distinct without colours.
   switch (shape) {
     case 0:
       return fmt::format("<circle cx='{:.1f}' cy='{:.1f}' r='{:.1f}'/>", x, y, r * 0.95);

@@ -9,7 +9,7 @@ namespace touchstone::program {
 
 /// While it lives, what engines write to the standard streams by themselves is kept in a log, apart from what
 /// the program says through print_now() and ProgressLine. One at a time. A program that dies in an engine
-/// says the log's end first. Without effect under a sanitizer, which reports on these streams.
+/// prints the log's end first. Without effect under a sanitizer, which reports on these streams.
 class EngineLog {
  public:
   /// @throws std::runtime_error when there is no room for a temporary file.
@@ -36,7 +36,7 @@ int own_stderr();
 
 /// Writes to one of these at once. @return whether it arrived.
 bool write_all(int descriptor, std::string_view text);
-/// To own_stderr(). Where nobody listens nothing is said.
+/// Prints to own_stderr(); errors of that are ignored.
 void say(std::string_view text);
 
 }  // namespace touchstone::program

@@ -29,7 +29,8 @@ Answers& answers() {
 }
 
 std::atomic<int> first_signal{0};
-// A second signal may come before the first has written its time: it is none of a later second then.
+// A second signal may come before the first has written its time; it does not count as one of a later second
+// then.
 std::atomic<long long> first_ms{std::numeric_limits<long long>::max()};
 sem_t woken;
 

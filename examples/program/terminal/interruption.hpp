@@ -11,7 +11,7 @@
 namespace touchstone::program {
 
 /// Makes SIGINT and SIGTERM end the program with 128 + the signal, after all answers: once a program.
-/// @param name of the program, before what it says.
+/// @param name of the program, printed before its messages.
 void answer_signals(const std::string& name);
 
 /// No answer runs while this is held: for what an answer reads, and for what must not end half done. To be
@@ -23,7 +23,7 @@ void stop_if_interrupted();
 
 /// While it lives, `answer` is called before a signal ends the program, the newest first. It runs on a thread
 /// of its own while the others go on.
-/// @param answer what it returns is said on stderr; empty: nothing.
+/// @param answer returns the text to be printed on stderr; empty: nothing.
 class OnInterrupt {
  public:
   explicit OnInterrupt(std::function<std::string()> answer);

@@ -14,7 +14,7 @@ class ProgressLine {
  public:
   ProgressLine();
   ~ProgressLine();
-  /// The parts of the whole: the line then says which part of it runs and how long the rest takes.
+  /// The parts of the whole: the line then names the part that runs and the time that the rest takes.
   void plan(std::vector<PlannedPart> parts);
   void part_done();
   void step(const std::string& what);

@@ -17,7 +17,7 @@ class TextTable {
   std::vector<std::vector<std::string>> rows_;
 };
 
-/// Lines of more than `columns` go on below at a space, indented to where a line's last column begins, as of
+/// Lines of more than `columns` go on below at a space, indented to where a line's last column begins, as for
 /// lists and options; a count of thousands stays together.
 std::string wrapped(const std::string& text, std::size_t columns = 120);
 

@@ -59,7 +59,7 @@ class Ring {
     return true;
   }
 
-  /// The oldest one; null: there is none.
+  /// The oldest one, or null.
   T* front() {
     const std::size_t tail = tail_.load(std::memory_order_relaxed);
     return tail == head_.load(std::memory_order_acquire) ? nullptr : &slots_[tail];

@@ -51,7 +51,7 @@ struct LatencyFigures {
 /// A hand's picture is late after this: the paper's bound [us].
 inline constexpr double kLate = 150e3;
 
-/// Deadlines, and each stage from a hand to its picture, of a whole flight: lines to be said at its end.
+/// Deadlines, and each stage from a hand to its picture, of a whole flight: lines to be printed at its end.
 std::string figures_text(const LoopFigures& loop, const LatencyFigures& latency);
 
 }  // namespace touchstone::station

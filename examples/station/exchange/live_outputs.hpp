@@ -11,7 +11,7 @@
 namespace touchstone::station {
 
 /// The outputs of a live flight besides the page: CIGI, a record, an animation. None of them delays the
-/// loop: what one does not take at once it loses, counts and says at the end.
+/// loop: what one does not take at once it loses, counts and reports at the end.
 class LiveOutputs {
  public:
   /// @param name of the files, without extension. Shows where the session stands.
@@ -22,7 +22,7 @@ class LiveOutputs {
   /// and not shown: outputs know its objects alone.
   void send(const Session& session) noexcept;
 
-  /// Ends the record. One line a receiver; empty: there is none, or it was called before.
+  /// Ends the record. Returns one line a receiver; empty where there is no receiver, or on a second call.
   std::string end();
   /// After end(): writes the animation, which may take long. Its line; empty: none was asked for.
   std::string write_animation();

@@ -81,7 +81,7 @@ std::string header_line(const Recording& recording) {
                {"files", recording.files}};
   line["rates"] = json::object();
   for (const auto& [name, scales] : recording.rates) line["rates"][name] = rates_json(scales);
-  // What is no UTF-8 is replaced in a text, and would not be found again.
+  // Bytes that are no UTF-8 are replaced in a text, so that the file would not be found again.
   if (!is_utf8(recording.script)) line["script_hex"] = hex_of(recording.script);
   return program::one_line(line) + "\n";
 }

@@ -50,7 +50,7 @@ void replay(const Recording& recording, Session& session, std::uint64_t frames =
             const std::function<void(const Session&)>& each = {});
 
 /// Takes inputs from the loop, and writes them on another thread. What finds no room is counted: the
-/// recording is incomplete then, and its end says so.
+/// recording is incomplete then, and its end states it.
 class Recorder {
  public:
   /// Keeps a reference; in memory alone, until open(). The header gets the scenes' rates.

@@ -17,7 +17,7 @@ void append(std::string& bytes, const T& value) {
 
 /// In two hexadecimal digits a byte.
 std::string hex_of(std::string_view bytes);
-/// The bytes of hex_of(). @throws InputError: it is none.
+/// The bytes that hex_of() wrote. @throws InputError for other text.
 std::string bytes_of(std::string_view hex);
 
 /// FNV-1a, in 16 hexadecimal digits.

@@ -6,8 +6,8 @@
 
 namespace touchstone::station {
 
-/// Rates of the hands at full deflection. Unless said otherwise public figures of the SSRMS's tip, unloaded
-/// and in assembly, for arms of its kind.
+/// Rates of the hands at full deflection. Unless stated otherwise, public figures of the SSRMS's tip,
+/// unloaded and in assembly, for arms of its kind.
 struct HandScales {
   double coarse = 0.37, vernier = 0.02;                ///< [m/s]
   double coarse_turn = 0.0698, vernier_turn = 0.0105;  ///< [rad/s]

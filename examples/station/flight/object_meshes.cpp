@@ -105,7 +105,7 @@ std::vector<ObjectMesh> read_meshes(const std::filesystem::path& file, const tra
   std::vector<ObjectMesh> meshes;
   std::error_code unknown;
   if (!std::filesystem::exists(file, unknown)) return meshes;
-  // Every entry names another object; an entry without a file is said and left out.
+  // Every entry names another object; an entry without a file is reported and left out.
   std::ifstream in(file);
   std::vector<std::uint32_t> listed;
   try {

@@ -279,7 +279,7 @@ void write_recorded_method(const RecordedFrame& frame, Writer& out) {
   out.put(std::uint16_t{0});
   out.put(static_cast<std::uint16_t>(flags));
   out.zeros(36);
-  for (int i = 0; i < 2; ++i) out.put(std::int32_t{-1});  // nobody says who stopped it
+  for (int i = 0; i < 2; ++i) out.put(std::int32_t{-1});  // who stopped it is not known
   out.zeros(8);
   for (int i = 0; i < 2; ++i) out.put(std::int32_t{-1});
 }

@@ -102,7 +102,7 @@ void StationLoop::take_controls() {
     ControlAnswer answer;
     try {
       answer = session_.set(control);
-    } catch (const std::exception& error) {  // refused by a world: said, and a replay does as much
+    } catch (const std::exception& error) {  // refused by a world: reported, and a replay does the same
       answer = {false, error.what()};
     }
     tell(control, answer);

@@ -18,7 +18,7 @@ namespace touchstone::station {
 
 class PageClient;
 
-/// The subject of a text to a page. Events, answers and the like pass; of the others the newest says it all.
+/// The subject of a text to a page. Events, answers and the like are all sent; of the others only the newest.
 enum class Text : std::uint8_t { passing, hello, scene, state, score, latency, debrief };
 
 /// State that all clients of the page share. Of the server's thread only.

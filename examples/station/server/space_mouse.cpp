@@ -14,7 +14,7 @@
 namespace touchstone::station {
 namespace {
 
-constexpr int kPatience = 100;  // looks for its end so often, and says again what is held [ms]
+constexpr int kPatience = 100;  // between two looks for its end, and two messages of what is held [ms]
 
 /// -1: nobody listens there.
 int connect_to(const std::string& path) {

@@ -22,7 +22,7 @@ bool take_space_event(const SpaceEvent& event, HandInput& hand);
 
 /// Flies a station by a SpaceMouse, through the socket of spacenav's daemon, on a thread of its own. The
 /// daemon's first protocol is spoken, which needs no library. What is held is let go when the daemon ends, or
-/// says nothing for kMostSilence: a device that was unplugged says no zero.
+/// says nothing for kMostSilence: a device that was unplugged sends no zero.
 class SpaceMouse {
  public:
   /// Keeps a reference. Looks for the daemon once.

@@ -183,7 +183,7 @@ ScriptResult run_script(const std::filesystem::path& file, const Options& option
       not_flown(kContactWorld, backend, error);
       continue;
     }
-    // A sampled world takes native's separations: the backend's resolution of depths says nothing there.
+    // A sampled world takes native's separations: the backend's resolution of depths does not matter there.
     const bool is_proven = method->check() == MotionCheck::proven;
     runner.run(*method, is_proven ? asked.capabilities().resolution : Resolution{}, is_first, is_first);
     is_first = false;

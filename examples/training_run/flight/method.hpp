@@ -39,7 +39,7 @@ class Method {
   /// held by another link where that is (held_by()), which carries what it carried. Who keeps nothing of an
   /// arm has nothing to do. @throws InputError, nothing changed: the method cannot.
   virtual void set_base(const Arm&) {}
-  /// Moves what may move and adds events to the log. Allocates only where the method says so.
+  /// Moves what may move and adds events to the log. Allocates only where the method documents it.
   virtual void frame(std::span<const Command> commands, std::span<const ArmCommand> arm_commands,
                      FlightLog& log) noexcept = 0;
   /// Set-up. @throws InputError as FrameOutput::add_object.

@@ -378,7 +378,7 @@ struct Judge::State {
     });
   }
 
-  /// Contact that came and went within the frame, as its `ended` says, is none at its end.
+  /// Contact that came and went within the frame (it has an `ended`) does not count at its end.
   static bool has_ended(const LoggedEvent& event, std::span<const LoggedEvent> events) {
     return std::any_of(events.begin(), events.end(), [&](const LoggedEvent& other) {
       return other.kind == EventKind::ended && other.solids == event.solids;

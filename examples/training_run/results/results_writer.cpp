@@ -76,7 +76,7 @@ Json json(const Setting& setting, const MethodResult& method) {
   out["phantom_frames"] = v.phantom;
   out["blocked_frames"] = v.blocked;
   out["false_stop_frames"] = v.false_stops;
-  // Times and counts say what a frame costs.
+  // Times and counts are the costs of a frame.
   out["frame_us"] = json(method.times);
   out["frame_cpu_us"] = json(method.cpu_times);
   out["allocations"] = method.allocations ? Json(*method.allocations) : Json(nullptr);

@@ -127,7 +127,7 @@ Script robot_script(const MechanismDescription& description) {
       cross(direction, std::abs(direction.z()) < 0.9 ? Vector3::UnitZ() : Vector3::UnitX());
   const Vector3 aside = across / norm(across);
 
-  // The scene lasts as long as the hand's four ways.
+  // The scene lasts as long as the hand's four moves.
   Script script;
   script.name = "Robot " + description.name;
   script.scene.name = script.name;

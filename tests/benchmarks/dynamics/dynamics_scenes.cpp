@@ -84,7 +84,7 @@ void add_loose(BoxScene& scene, int count, int across, unsigned seed = 7) {
 
 constexpr unsigned kDraws = 16, kPileDraws = 6;
 
-/// Which way they tumble, and so when they rest, is a matter of the last bit: one draw says little.
+/// Which way they tumble, and so when they rest, depends on the last bit: one draw proves little.
 BoxScene bin(unsigned draw = 0) {
   BoxScene scene = on_ground("4 boxes dropped in a bin", 1e-3, 3.0);
   if (draw > 0) scene.name += ", draw " + std::to_string(draw);

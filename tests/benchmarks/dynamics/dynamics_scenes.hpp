@@ -54,9 +54,9 @@ class BoxEngine {
   /// Finds contacts and steps; the time of both is measured.
   virtual void step() = 0;
   virtual BoxMotion motion(std::size_t box) const = 0;
-  /// Of steps so far, in the engine's own words; empty: says nothing.
+  /// Remarks on the steps so far, in the engine's words; may be empty.
   virtual std::string remarks() const { return {}; }
-  /// Of one step, counted from 0; empty: says nothing.
+  /// Remarks on one step, counted from 0; may be empty.
   virtual std::string remarks_on(std::size_t) const { return {}; }
 };
 

@@ -266,7 +266,7 @@ void register_drawn_run(std::uint64_t seed) {
     register_run({"native", Phase::sliding, rate, seed}, "sliding_" + std::to_string(seed), 1000);
 }
 
-/// The arguments that Benchmark left are seeds. @returns false: one of the others is none.
+/// The arguments that Benchmark left are seeds. @returns false where one is not a seed.
 bool take_seeds(int argc, char** argv) {
   for (const std::string_view word : std::span(argv, static_cast<std::size_t>(argc)).subspan(1)) {
     std::uint64_t seed = 0;

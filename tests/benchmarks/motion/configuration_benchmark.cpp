@@ -1,5 +1,5 @@
 // Whether configurations are free: the SSRMS-type arm (47 hexahedra) among 500 that stand still, joint values
-// drawn anew each time. ConfigurationCheck beside the plain way: a broadphase is told all poses and asked for
+// drawn anew each time. ConfigurationCheck beside the plain way: a broadphase gets all poses and is asked for
 // all pairs, then the narrowphase about all of them.
 //
 //     configuration_benchmark [configurations, default 2000] [seed, default 1]

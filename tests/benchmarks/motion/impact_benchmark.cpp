@@ -123,7 +123,7 @@ class Judge {
 };
 
 struct Score {
-  std::vector<double> ns, off;  // off: |separation| where they are said to meet [m], of true meetings
+  std::vector<double> ns, off;  // off: |separation| where they meet by the answer [m], of true meetings
   int missed = 0, phantom = 0, late = 0, merged = 0;
   double deepest = 0.0, earliest = 0.0;
 };

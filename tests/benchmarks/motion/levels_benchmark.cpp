@@ -19,7 +19,7 @@
 // stand apart by 20 m, 1 m or 10 cm while the mover goes to and fro by 5 mm a frame, or touch along an edge
 // on which it slides; and a plate in a tube of 0.8 m radius, where boxes and spheres about all overlap. With
 // each hexahedron looked at by itself, with what objects have of themselves (spheres), and with
-// coarser_levels() of 5 and 30 cm. Least of five means over so many frames (1 000; a tenth of these where
+// coarser_levels() of 5 and 30 cm. Least of five means over this many frames (1 000; a tenth of these where
 // they touch), of this thread's processor time [us].
 //
 //   levels_benchmark [frames]

@@ -193,7 +193,7 @@ void measure_objects(Scene& scene) {
       "add", [&](int) { scene.objects.push_back(world.add(scene.description(added++, side, 1.4))); }, world);
 }
 
-/// What concerns one arm, above all others; and what concerns every object.
+/// Changes of one arm, above all others, and changes of every object.
 void measure_arms(Scene& scene) {
   ContactWorld& world = *scene.world;
   const auto mechanism = std::make_shared<const Mechanism>(make_ssrms());

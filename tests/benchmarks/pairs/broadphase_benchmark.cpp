@@ -5,8 +5,8 @@
 #include "touchstone/adapters/all/all_backends.hpp"
 #include "touchstone/tests/benchmarks/pairs/broadphase_frame.hpp"
 
-// Frames of a broadphase (broadphase_frame.hpp), every object moved unless a row says else. Counters hold the
-// least time of a frame and of its parts [ms].
+// Frames of a broadphase (broadphase_frame.hpp), every object moved unless a row names another share.
+// Counters hold the least time of a frame and of its parts [ms].
 
 namespace touchstone {
 namespace {

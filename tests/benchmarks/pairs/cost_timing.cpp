@@ -17,7 +17,7 @@ using measures::PairSet;
 constexpr std::uint64_t kSeed = 20261123;
 constexpr std::size_t kHotPairs = 256, kColdPairs = 16384, kBatch = 256;
 constexpr int kHotRounds = 24, kColdRounds = 3;
-/// Of reading a clock; one in so many reads is interrupted.
+/// Reads of the clock that find what one costs; some of them are interrupted.
 constexpr int kClockReads = 10000;
 
 double now_ns() {

@@ -23,7 +23,7 @@ struct CostRow {
   QueryKind kind;
   std::string backend;
   bool is_batch = false;
-  /// Of pairs that are apart their class alone, which is all that peers' manifolds say of them.
+  /// Of pairs that are apart only the class is asked, which is all that peers' manifolds give.
   bool contacts_only = false;
 };
 

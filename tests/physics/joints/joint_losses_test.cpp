@@ -81,7 +81,7 @@ TEST(JointLosses, ATorqueAgainstDampingComesToItsRate) {
   wheel.world.set_drive(0, 0, drive);
   wheel.step(1e-3, 500);
   EXPECT_NEAR(wheel.qd(), 4.0 * (1 - std::exp(-0.75 * 0.5 / Wheel::kInertia)), 1e-12);
-  EXPECT_EQ(wheel.torque(), 3.0);  // damping is none of the drive's
+  EXPECT_EQ(wheel.torque(), 3.0);  // damping is not a part of the drive's torque
   wheel.step(1e-2, 3000);
   EXPECT_NEAR(wheel.qd(), 4.0, 1e-12);
 }

@@ -193,7 +193,7 @@ TEST(JointSystem, AFreeChainKeepsItsMomentaAndEnergy) {
 }
 
 TEST(JointSystem, AFourBarLinkageStaysClosed) {
-  // Hinges about y say three things too often: a loop in a plane.
+  // Hinges about y give three equations too many: a loop in a plane.
   Linkage linkage;
   const auto crank = linkage.add(1, {0.05, 0.05, 0.3}, at({0, 0, 0.15}));
   const auto coupler = linkage.add(2, {0.8, 0.05, 0.05}, at({0.4, 0, 0.3}));

@@ -237,7 +237,7 @@ TEST(WorldJoints, AnArmWalksOffByChangingEndsWithoutAJump) {
     return worst;
   };
   world.join_as_they_stand(tip);
-  run(world, 100);  // both ends held: brakes and joints say the same six times over
+  run(world, 100);  // both ends held: brakes and joints repeat six equations
   EXPECT_LT(farthest(), 1e-9);
   world.switch_joint(base, false);
   run(world, 100);
@@ -427,7 +427,7 @@ TEST(WorldJoints, WhatIsJoinedSleepsAndWakesTogether) {
     ASSERT_EQ(report.failure, StepFailure::none);
   }
   // Two cubes that turn about each other on the ground: friction's law ends some steps' work before they are
-  // solved, which is said.
+  // solved, which is reported.
   EXPECT_NEAR(scene.world.joint_state(hinge).rate, 0.5, 0.05);
 }
 

@@ -204,7 +204,8 @@ TEST(SceneSimulation, ARampGrowsEvenly) {
 }
 
 TEST(SceneSimulation, AServoFollowsItsCommandsAsFarAsItsTorqueGoes) {
-  // 2 kg m2 on a servo of 4 N m: told 1 rad/s, then -1 rad/s, it gets there at 2 rad/s2, within the step.
+  // 2 kg m2 on a servo of 4 N m: commanded 1 rad/s, then -1 rad/s, it gets there at 2 rad/s2, within the
+  // step.
   DynamicScene scene = empty_scene(2.0);
   const BodyInertia wheel{1.0, kZero, Vector3(1, 1, 2).asDiagonal()};
   add(scene, box("wheel", {1, 1, 0.1}, {}), {.kind = BodyKind::link, .inertia = wheel});

@@ -413,7 +413,7 @@ TEST(LargeIslands, SayWhatIsLeftAndKeepMomentum) {
     left += report.unconverged;
     worst = std::max(worst, report.worst_residual);
     if (report.unconverged > 0)
-      EXPECT_GT(report.worst_residual, 1e-9);  // said, and not for nothing
+      EXPECT_GT(report.worst_residual, 1e-9);  // reported, and for a reason
     else
       EXPECT_LT(report.worst_residual, 1e-5);  // of speeds of 0.5 m/s
     again.world.step(1e-3, again.finder.contacts->find(again.world));

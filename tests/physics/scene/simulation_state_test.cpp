@@ -133,7 +133,7 @@ TEST(SimulationState, AJointPutAtAValueSwingsFromThere) {
   EXPECT_THROW(simulation.set_joint({1, 0}, 0.0, 0.0), InputError);
 }
 
-/// A free hub with an arm of a hinge and a gripped payload: joints between bodies, told in a scene.
+/// A free hub with an arm of a hinge and a gripped payload: joints between bodies, described in a scene.
 TEST(SimulationState, JointsBetweenBodiesHoldLetGoAndGoBackInTime) {
   DynamicScene scene = empty_scene(0.6);
   const Vector3 hub(1, 1, 1), rod(1, 0.1, 0.1), size(0.2, 0.2, 0.2);
@@ -175,7 +175,7 @@ TEST(SimulationState, JointsBetweenBodiesHoldLetGoAndGoBackInTime) {
     simulation.reset();
     EXPECT_FALSE(simulation.world().world_joint(1).is_on);
   }
-  // Engines without them say so.
+  // Engines without them refuse.
   const std::vector<std::string> lacking = unsupported(EngineFeatures::usual(), scene);
   ASSERT_EQ(lacking.size(), 1u);
   EXPECT_EQ(lacking[0], "joints between bodies (joint 'hinge')");

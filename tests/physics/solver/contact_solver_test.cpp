@@ -264,7 +264,7 @@ TEST(ContactSolver, WhatIsNoNumberIsNotSolved) {
 }
 
 TEST(ContactSolver, RedundantContactsShareTheLoad) {
-  // Four rows that say the same of one mass: singular, solvable.
+  // Four equal rows of one mass: singular, solvable.
   const std::size_t n = 12;
   std::vector<double> W(n * n, 0.0), b(n, 0.0), x(n, 0.0), u(n);
   for (std::size_t r = 0; r < n; ++r)

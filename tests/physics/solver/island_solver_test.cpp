@@ -217,7 +217,7 @@ TEST(IslandSolver, ContradictoryContactsYield) {
   EXPECT_EQ(solver.solve(group.rows).sweeps, 0u);
 }
 
-/// A soft answer whose work ends says nothing: what was proven before still holds.
+/// A soft answer whose work ends proves nothing: what was proven before still holds.
 TEST(IslandSolver, ContradictionsAreNotForgottenWhereWorkEnds) {
   Rows group = closing_walls();
   Solver solver;
@@ -233,7 +233,7 @@ TEST(IslandSolver, ContradictionsAreNotForgottenWhereWorkEnds) {
   EXPECT_FALSE(solver.solver.is_contradicted(group.rows.members));
 }
 
-/// Where not even one Newton step can be made, of a matrix that is none of masses, nothing presses.
+/// Where not even one Newton step can be made, of a matrix that is not one of masses, nothing presses.
 TEST(ConvexContacts, ASoftAnswerThatIsStuckIsNone) {
   constexpr std::uint32_t kSizes[] = {3};
   constexpr double kMasses[] = {-1e9, 0, 0, 0, -1e9, 0, 0, 0, -1e9};

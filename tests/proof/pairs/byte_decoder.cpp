@@ -59,7 +59,8 @@ double power(int exponent) { return std::ldexp(1.0, exponent); }
 
 }  // namespace
 
-// Dekker's split. The casts to float and back would say the same, but g++ 12 leaves them out of some loops at
+// Dekker's split. The casts to float and back would give the same, but g++ 12 leaves them out of some loops
+// at
 // -O3.
 double in_single_precision(double x) {
   const double shifted = x * (0x1p29 + 1.0);

@@ -67,7 +67,7 @@ TEST(ArmHand, AStifferAxisGivesLessAndTheSlopeIsFelt) {
   EXPECT_LT(norm(felt.moment_W - at_centre), 0.15 * force);
 }
 
-/// Two bars along x, the second's end from 3.4 to 3.6 m beside a block in y, told to turn into it.
+/// Two bars along x, the second's end from 3.4 to 3.6 m beside a block in y, commanded to turn into it.
 struct TwoBarsAtABlock {
   static constexpr double kBy = 1e-5, kFar = 3.6;
   std::unique_ptr<ContactWorld> world = make_world();

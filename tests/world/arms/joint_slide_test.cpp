@@ -78,7 +78,7 @@ TEST(JointSlide, FollowsTheWallWithoutSticking) {
   EXPECT_GE(worst, 0.25 * kGap);
 }
 
-// Weights say which joints give way: the heavy one keeps to its command.
+// Weights decide which joints yield: the heavy one keeps to its command.
 TEST(JointSlide, WeightsDecideWhichJointGivesWay) {
   double left[2][2];
   for (int heavy = 0; heavy < 2; ++heavy) {
@@ -118,7 +118,7 @@ TEST(JointSlide, SlidesAlongItself) {
   EXPECT_GE(worst, 0.25 * kGap);
 }
 
-/// A row's path bends by so much times the square of how long it is.
+/// A path bends by `bend` times the square of the row's length.
 class GivenBends final : public JointBends {
  public:
   explicit GivenBends(double bend) : bend_(bend) {}

@@ -49,7 +49,7 @@ TEST(MotionProof, RoundedSolidsDoNotMergeEither) {
   print_table(std::cout, figures);
 }
 
-// Others are counted; what is sampled says so.
+// Others are counted; sampled motion is reported as such.
 TEST(MotionProof, OtherBackendsAreCounted) {
   std::vector<MotionFigures> figures;
   for (const std::string& name : known({"bullet_gjk", "bullet", "ode", "edge_face"})) {

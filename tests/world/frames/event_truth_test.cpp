@@ -35,7 +35,7 @@ class FreshDistances {
   }
   std::vector<PairGeometry> at_end() { return of(known_.pairs, known_.X_WS); }
 
-  /// Of the event's two solids where the world says that they were at the event's own s.
+  /// Poses of the event's two solids where they were at the event's own s, by the world's account.
   PairGeometry at_own_s(const EventCrowd& crowd, const ContactEvent& event) {
     std::vector<Pose> X_WS = known_.X_WS;
     const SolidPair pair = pair_of(event);
@@ -74,7 +74,7 @@ struct EventFigures {
   std::uint64_t far_in_contact = 0;        ///< further apart than 2 g, not ended
   std::uint64_t contact_not_reported = 0;  ///< within g, never began
   std::uint64_t out_of_turn = 0;           ///< began twice, or persists or ended without having begun
-  std::uint64_t silent = 0;                ///< in contact, and no event says so in this frame
+  std::uint64_t silent = 0;                ///< in contact without an event in this frame
   std::uint64_t not_checked = 0;           ///< in contact, of a pair that is not checked
 
   std::uint64_t compared = 0;     ///< events whose geometry was compared with that at their own s

@@ -52,7 +52,7 @@ class BackwardRunner final : public TaskRunner {
   bool starts_;
 };
 
-/// Every bit of all that frames say.
+/// Every bit of all reports of frames.
 class Log {
  public:
   void add(std::uint64_t word) { words_.push_back(word); }
@@ -334,7 +334,7 @@ TEST(FrameThreads, NumbersThatAreNoneAreRefused) {
   world->set_threads(1);
 }
 
-/// Without an answer for one pair in so many.
+/// Gives no answer for one pair in `one_in`.
 class PatchyNarrowphase final : public Narrowphase {
  public:
   PatchyNarrowphase(std::uint32_t one_in, bool thread_safe) : one_in_(one_in) {

@@ -139,7 +139,7 @@ TEST(LevelSearch, FindsAllThatAreWithinReach) {
 
 // ---- frames
 
-/// Every bit that a frame says, but for counts.
+/// Every bit of a frame's report, but for counts.
 std::vector<std::uint64_t> bits_of(const FrameReport& report) {
   std::vector<std::uint64_t> out{report.events.size(), report.blocked_movers, report.slide_steps,
                                  report.iteration_limits, report.felt.size()};

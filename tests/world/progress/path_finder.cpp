@@ -20,7 +20,7 @@ constexpr int kCorrections = 4;
 constexpr int kSweeps = 400;
 /// Poses judged on each step, its end among them.
 constexpr int kSamples = 3;
-/// A step that gains less than this share of its length is none.
+/// A step that gains less than this share of its length does not count.
 constexpr double kLeastGain = 1e-3;
 /// Of finite differences.
 constexpr double kDifference = 1e-6;

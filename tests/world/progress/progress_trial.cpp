@@ -274,7 +274,7 @@ ProgressTrial advance(double rate, double gap, Random& random) {
   out.open_path = [=](const Pose& X, int) {
     return RigidPath::by(X, Vector3::Zero(), (speed / rate) * rotate(X.R, Vector3::UnitX()), pivot_O);
   };
-  // A pose alone says nothing of the edge.
+  // A pose alone does not show the edge.
   out.path = [=, open = out.open_path](const Pose& X, int frame) {
     return by_pose ? RigidPath::between(X, open(X, frame).to()) : open(X, frame);
   };

@@ -147,7 +147,7 @@ void hold_by_tool(ProgressTrial& trial, const std::string& link) {
 /// x of the tip down.
 Matrix3 downwards() { return rotation_about(Vector3::UnitY(), 0.5 * std::numbers::pi); }
 
-/// Four bars about a square bore, a millimetre over a stem already, and told to go down and somewhat aside.
+/// Four bars about a square bore, a millimetre over a stem already, and commanded down and somewhat aside.
 ProgressTrial fit_bore(double rate, double gap, Random& random) {
   constexpr double kPlay = 1e-6, kLong = 0.15, kWall = 0.03;
   const double width = random.uniform(0.03, 0.1), out = 0.5 * (width + kWall) + kPlay;

@@ -285,7 +285,7 @@ TEST(WorldChanges, OfArmsWarnDistancesAndResetsBuildNothingAnew) {
   EXPECT_EQ(*builds, 1);
 }
 
-/// The native one, and how many objects it was told to have moved.
+/// The native one, which counts the objects that it is given as moved.
 class CountsMoved final : public Broadphase {
  public:
   explicit CountsMoved(std::shared_ptr<std::size_t> moved) : moved_(std::move(moved)) {
@@ -321,7 +321,7 @@ class CountsMoved final : public Broadphase {
   std::shared_ptr<std::size_t> moved_;
 };
 
-// Of many objects the few that moved stand where they began, what they touched is told anew, and what was
+// Of many objects the few that moved stand where they began, what they touched is reported anew, and what was
 // carried is free.
 TEST(WorldChanges, OfResetsTouchWhatMoved) {
   const auto moved = std::make_shared<std::size_t>(0);

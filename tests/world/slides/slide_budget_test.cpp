@@ -113,7 +113,7 @@ TEST(SlideBudget, CutsOffWhatIsBeyondIt) {
   EXPECT_GE(narrow.way(), none.way());
 }
 
-// Whatever is left, a mover goes on by one sub-step; what it took is said.
+// Whatever is left, a mover goes on by one sub-step; what it took is reported.
 TEST(SlideBudget, OfAMoverEndsItsSlide) {
   Heap free, narrow, none;
   EXPECT_EQ(free.world->slide_budget().mover_work, kMoverWork);

@@ -25,7 +25,7 @@ namespace {
 
 constexpr double kNoWay = 1e-12;
 
-/// A cube of 1 m that is to go from X_WR to its goal, by a hand as stiff against turns as against ways.
+/// A cube of 1 m that is to go from X_WR to its goal, by a hand as stiff against turns as against shifts.
 Slider cube_slider(const Pose& X_WR, const Pose& goal) {
   Slider slider{};
   slider.goal = goal;

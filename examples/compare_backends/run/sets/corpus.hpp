@@ -24,7 +24,8 @@ struct CorpusSet {
   bool is_paths() const { return poses > 1; }
 };
 
-/// A frozen collection of pairs with the truth about them (examples/bench/README.md): what its manifest says.
+/// A frozen collection of pairs with the truth about them (examples/bench/README.md): the contents of its
+/// manifest.
 struct Corpus {
   std::string folder;
   std::string name, version;
@@ -45,7 +46,7 @@ PairSet corpus_pairs(const Corpus& corpus, const CorpusSet& set);
 /// The class and the separation of every case, as the corpus has them: normals are not in it.
 std::vector<PairTruth> corpus_truth(const Corpus& corpus, const CorpusSet& set);
 
-/// Holds what `exact` says here against the corpus, bit by bit.
+/// Compares `exact`'s answers here with the corpus, bit by bit.
 /// @throws InputError naming the first case in which the two differ.
 void check_truth(const Corpus& corpus, const CorpusSet& set, std::span<const PairTruth> truth);
 

@@ -165,7 +165,7 @@ void get(ByteReader& in, CaseErrors& errors) {
   }
 }
 
-// ---- what a file may say
+// ---- what a file may hold
 
 void check(bool holds, const char* what) {
   if (!holds) throw std::runtime_error(std::string("has ") + what);

@@ -33,7 +33,7 @@ SetAnswers decode_set(std::string bytes);
 /// Sizes of what encode_set() writes as it lies in memory: what two builds must share to read each other's.
 std::string set_layout();
 
-/// Holds what a file says against what joined_parts(), and who reads its counts, take for granted.
+/// Checks what joined_parts(), and readers of the counts, take for granted of a file.
 /// @param cases of the part. @throws std::runtime_error for lists of other lengths, and for numbers that
 /// this program does not write: of repetitions, a pair's class.
 void check_part(const SetAnswers& part, std::size_t cases, bool has_truth);

@@ -22,7 +22,7 @@ constexpr std::size_t kLongestHead = std::size_t{1} << 24;
   throw InputError("merge: " + path + ": " + what);
 }
 
-/// The line up to the first line end; empty: there is none.
+/// The text up to the first line end; empty where there is no line end.
 std::string first_line(const std::string& path) {
   std::ifstream stream(path, std::ios::binary);
   std::string line;
@@ -90,7 +90,7 @@ std::string bytes_at(const std::string& path, std::size_t begin, std::size_t siz
   return bytes;
 }
 
-/// Of an entry of the head's sets; as long as the shard says.
+/// The length of an entry of the head's sets, as the shard states it.
 SetAnswers read_set(const std::string& path, const Json& head, Shard shard, const Json& set,
                     std::string bytes) {
   const auto name = set.at("name").get<std::string>();

@@ -11,8 +11,8 @@
 
 namespace touchstone::comparison {
 
-/// A shard's file: a line of JSON that says what it is of, then its sets as bytes, in that order. It is read
-/// by the version that wrote it, built so that its structs lie alike in memory, set_layout().
+/// A shard's file: a line of JSON that describes it, then its sets as bytes, in that order. It is read by the
+/// version that wrote it, built so that its structs lie alike in memory, set_layout().
 inline constexpr const char* kShardSchema = "touchstone.compare_backends.shard/1";
 
 /// "shard_3_of_8.bin".

@@ -15,7 +15,7 @@ namespace touchstone::comparison {
 /// worker sees whether the engine hangs. Costs a nanosecond a call.
 class SignsOfLife {
  public:
-  /// Maps the file, which it makes where there is none. @throws std::runtime_error: it cannot.
+  /// Maps the file, and creates it where it is missing. @throws std::runtime_error where that fails.
   explicit SignsOfLife(const std::filesystem::path& file);
   ~SignsOfLife();
   SignsOfLife(const SignsOfLife&) = delete;
@@ -43,7 +43,7 @@ class Patience {
       : signs_(signs), limit_(limit), polled_(now) {}
   /// Polls, at `now`.
   bool is_over(Clock::time_point now);
-  /// What is allowed now.
+  /// The silence that is allowed now.
   std::chrono::milliseconds limit() const;
 
  private:

@@ -18,7 +18,7 @@ namespace touchstone::comparison {
 
 inline constexpr std::chrono::milliseconds kWorkerTimeLimit{60'000};
 
-/// A worker program and what it offers. A program that cannot be run offers nothing and says why.
+/// A worker program and what it offers. A program that cannot be run offers nothing and names the reason.
 struct Worker {
   std::filesystem::path program;
   std::vector<std::string> arguments;                         ///< before those of describing and running
@@ -37,9 +37,9 @@ Worker describe_worker(const std::filesystem::path& program, const std::vector<s
                        std::chrono::milliseconds time_limit = kWorkerTimeLimit);
 
 /// As run_backends, in the worker. If it dies or hangs every case of these backends is `failed` and
-/// BackendAnswers::failure says how; after a hang all later calls fail at once, so that an engine costs one
-/// limit and not one a set. `progress` is called (with 0) while it runs; what it throws ends the
-/// worker first.
+/// BackendAnswers::failure tells how; after a hang all later calls fail at once, so that an engine costs one
+/// limit and not one a set. `progress` is called (with 0) while it runs; what it throws ends the worker
+/// first.
 std::vector<BackendAnswers> run_in_worker(const Worker& worker, std::span<const std::string> backends,
                                           const PairSet& set, const MeasureOptions& options,
                                           const Progress& progress = {});
