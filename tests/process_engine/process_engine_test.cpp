@@ -153,7 +153,7 @@ TEST(ProcessEngine, OneThatNeverAnswersIsGivenUpInAllWorkspaces) {
   const auto first_status = [&](const std::vector<SolidPair>& pairs) {
     return ask(*narrowphase, pairs, row.poses, {.kind = QueryKind::distance}).status[0];  // a workspace each
   };
-  // What answers now and then is asked on.
+  // An engine that answers now and then is asked again.
   for (int i = 0; i < 6; ++i) {
     EXPECT_EQ(first_status(bad), PairStatus::failed);
     EXPECT_EQ(first_status(good), PairStatus::separated);

@@ -110,7 +110,7 @@ ToolArm arm_with(const std::vector<PlacedHexahedron>& tool, const Pose& X_WT, Ra
   JointDescription held;
   held.name = "held", held.parent = "tip", held.child = "tool";
   description.joints.push_back(held);
-  // What is in the bore is held there.
+  // The part in the bore is held there.
   description.exempt_pairs.push_back({"tip_lee", "tool"});
   out.with_tool = std::make_shared<const Mechanism>(description);
   for (const double degrees : {10, 25, -70, 110, -35, 20, 15})
