@@ -186,10 +186,7 @@ TEST_F(ReportFiles, DynamicsStandOnThePageOrAreAGapThatSaysHowToGetThem) {
   EXPECT_THAT(page, HasSubstr("finds no manifolds"));
   EXPECT_TRUE(fs::exists(folder_ / "report/figures/dynamics_drift.svg"));
   for (const char* bad : {"{}", "[", R"({"program": "training_run"})", R"({"program": "dynamics_run"})"}) {
-    const Outcome refused = run(small + report() + "--dynamics " + write("bad.json", bad).string());
-    EXPECT_EQ(refused.code, 2) << bad;
-    EXPECT_THAT(refused.err, HasSubstr("bad.json")) << refused.err;
-    EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 1) << refused.err;
+    expect_refusal(small + report() + "--dynamics " + write("bad.json", bad).string(), {"bad.json"});
   }
 }
 
@@ -213,9 +210,7 @@ TEST_F(ReportFiles, DecidesAgainFromAFinishedRun) {
            "decide", "decide " + results, "decide " + results + " --max-error -1",
            "decide " + results + " --max-error nan", "decide /no/such.json --max-error 1",
            "decide " + no_results + " --max-error 1"}) {
-    const Outcome refused = run(bad);
-    EXPECT_EQ(refused.code, 2) << bad << refused.out;
-    EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 1) << refused.err;
+    expect_refusal(bad, {});
   }
 }
 
@@ -256,9 +251,7 @@ TEST_F(ReportFiles, DiffsTwoRuns) {
   EXPECT_THAT(outcome.out, HasSubstr("seed differs: 1 -> 2"));
   EXPECT_THAT(outcome.out, HasSubstr("0 rows resolved"));
   for (const char* bad : {"diff", "diff /no/such.json /no/such.json"}) {
-    const Outcome refused = run(bad);
-    EXPECT_EQ(refused.code, 2) << bad;
-    EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 1) << refused.err;
+    expect_refusal(bad, {});
   }
 }
 

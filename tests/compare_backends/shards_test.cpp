@@ -246,9 +246,8 @@ TEST_F(Shards, CasesThatHaveChangedSinceAreNamed) {
 TEST_F(Shards, NothingOfSomebodyElseIsWrittenOver) {
   fs::create_directory(at("a"));
   write("a/shard_1_of_2.bin", "mine");
-  const Outcome over = run(small() + " --shard 1/2 --output " + at("a"));
-  EXPECT_EQ(over.code, 2);
-  EXPECT_THAT(over.err, HasSubstr("shard_1_of_2.bin: is there, and no shard of a run"));
+  expect_refusal(small() + " --shard 1/2 --output " + at("a"),
+                 {"shard_1_of_2.bin: is there, and no shard of a run"});
   EXPECT_EQ(read(folder_ / "a/shard_1_of_2.bin"), "mine");
   shard(small(), "2/2", "a");
   shard(small(), "2/2", "a");  // run again
@@ -259,9 +258,7 @@ TEST_F(Shards, AFolderThatCannotBeIsNamedBeforeAnythingIsMeasured) {
   write("file", "mine");
   for (const char* folder : {"file", "file/below"}) {
     EXPECT_THROW(comparison::ShardWriter(at(folder), {1, 2}, {}), touchstone::InputError);
-    const Outcome over = run(small() + " --shard 1/2 --output " + at(folder));
-    EXPECT_EQ(over.code, 2);
-    EXPECT_THAT(over.err, HasSubstr("shard_1_of_2.bin: cannot be written"));
+    expect_refusal(small() + " --shard 1/2 --output " + at(folder), {"shard_1_of_2.bin: cannot be written"});
   }
   EXPECT_EQ(read(at("file")), "mine");
   comparison::ShardWriter(at("made"), {1, 2}, {});
@@ -281,9 +278,8 @@ TEST_F(Shards, WhatIsPutThereMeanwhileStays) {
 
 TEST_F(Shards, WhatIsNoShardIsRefused) {
   for (const char* text : {"0/2", "3/2", "2", "a/b", "1/2/3", "-1/2", "1/200000", "1/", "''"}) {
-    const Outcome asked = run(small() + " --shard " + text + " --output " + at("a"));
-    EXPECT_EQ(asked.code, 2) << text;
-    EXPECT_THAT(asked.err, HasSubstr("is no shard, 3/8 is the third of 8")) << text;
+    expect_refusal(small() + " --shard " + text + " --output " + at("a"),
+                   {"is no shard, 3/8 is the third of 8"});
   }
   EXPECT_THAT(run("--families none --shard 1/2 --output " + at("a")).err, HasSubstr("no pairs to cut"));
   EXPECT_THAT(run("--case random:1 --shard 1/2 --output " + at("a")).err, HasSubstr("--case"));

@@ -28,11 +28,7 @@ class DynamicsRun : public touchstone::ProgramTest {
 
   /// One line on the error stream, exit code 2, nothing written.
   void expect_refused(const std::string& arguments, const std::string& reason) const {
-    const Outcome outcome = run(arguments + to_report());
-    EXPECT_EQ(outcome.code, 2) << arguments;
-    EXPECT_THAT(outcome.err, StartsWith("dynamics_run: ")) << arguments;
-    EXPECT_THAT(outcome.err, HasSubstr(reason)) << arguments;
-    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+    expect_refusal(arguments + to_report(), {"dynamics_run: ", reason});
     EXPECT_FALSE(fs::exists(report())) << arguments;
   }
 };

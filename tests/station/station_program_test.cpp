@@ -141,10 +141,9 @@ TEST_F(StationProgram, ARobotWhoseNameIsNoUtf8ReplaysFromItsRecordingAlone) {
 TEST_F(StationProgram, TwoScenesOfOneNameAreRefused) {
   const std::filesystem::path other = folder_ / "mesh_arm.yaml";
   std::ofstream(other) << "name: never read\n";
-  const Outcome outcome =
-      run("--list --scene " + other.string() + " --robot " TOUCHSTONE_ROBOTS "/mesh_arm/urdf/mesh_arm.urdf");
-  EXPECT_EQ(outcome.code, 2);
-  EXPECT_NE(outcome.err.find("is a scene of the same name"), std::string::npos) << outcome.err;
+  expect_refusal(
+      "--list --scene " + other.string() + " --robot " TOUCHSTONE_ROBOTS "/mesh_arm/urdf/mesh_arm.urdf",
+      {"is a scene of the same name"});
 }
 #endif
 
@@ -299,17 +298,11 @@ TEST_F(StationProgram, OpensOnlyRecordsOfTheSceneThatIsNamed) {
   EXPECT_EQ(run(fly + of + "/grapple.yaml").code, 2);
   EXPECT_EQ(run("--replay " + file + " --open " + out + "/flight.csv" + of + "/grapple.yaml").code, 2);
 
-  const auto refused = [&](const std::string& arguments, const std::string& why) {
-    const Outcome outcome = run(arguments);
-    EXPECT_EQ(outcome.code, 2) << arguments;
-    EXPECT_NE(outcome.err.find(why), std::string::npos) << outcome.err;
-    EXPECT_EQ(outcome.err.find('\n') + 1, outcome.err.size()) << outcome.err;
-  };
-  refused(record + of + "/otcm.yaml", "otcm.yaml: has no object '");
-  refused(record + of + "/nothing.yaml", "nothing.yaml: cannot be read");
-  refused(fly + "--open nothing.csv" + of + "/grapple.yaml", "nothing.csv");
-  refused(fly + "--open " + file + of + "/grapple.yaml", "no record");
-  refused(fly + "--open " + out + of + "/grapple.yaml", "cannot be opened");
+  expect_refusal(record + of + "/otcm.yaml", {"otcm.yaml: has no object '"});
+  expect_refusal(record + of + "/nothing.yaml", {"nothing.yaml: cannot be read"});
+  expect_refusal(fly + "--open nothing.csv" + of + "/grapple.yaml", {"nothing.csv"});
+  expect_refusal(fly + "--open " + file + of + "/grapple.yaml", {"no record"});
+  expect_refusal(fly + "--open " + out + of + "/grapple.yaml", {"cannot be opened"});
 }
 
 TEST_F(StationProgram, ASignalEndsItAndItsRecordingIsWhole) {
@@ -323,9 +316,7 @@ TEST_F(StationProgram, ASignalEndsItAndItsRecordingIsWhole) {
 
 TEST_F(StationProgram, OverwritesNoRecording) {
   const std::string file = write("flight.jsonl", "of another\n").string();
-  const Outcome outcome = run("--port 0 --seconds 0.1 --record " + file);
-  EXPECT_EQ(outcome.code, 2);
-  EXPECT_NE(outcome.err.find("is not overwritten"), std::string::npos) << outcome.err;
+  expect_refusal("--port 0 --seconds 0.1 --record " + file, {"is not overwritten"});
   EXPECT_EQ(read(file), "of another\n");
 }
 
@@ -341,9 +332,7 @@ TEST_F(StationProgram, FliesAtTenAndAtAThousandFramesASecond) {
   EXPECT_NE(run("--port 0 --rate 10 --seconds 0.5").out.find("frames 5, hash "), std::string::npos);
   EXPECT_NE(run("--port 0 --rate 1000 --seconds 0.05").out.find("frames 50, hash "), std::string::npos);
   for (const char* rate : {"9", "1001", "0", "-50", "nan"}) {
-    const Outcome outcome = run(std::string("--port 0 --seconds 0.1 --rate ") + rate);
-    EXPECT_EQ(outcome.code, 2) << rate;
-    EXPECT_NE(outcome.err.find("rate"), std::string::npos) << outcome.err;
+    expect_refusal(std::string("--port 0 --seconds 0.1 --rate ") + rate, {"rate"});
   }
 }
 
@@ -366,10 +355,7 @@ TEST_F(StationProgram, SaysThatAPortIsTakenAndWhatToDo) {
 
 TEST_F(StationProgram, ABrokenSceneFileIsNamedWithItsLine) {
   const std::string file = write("own.yaml", "name: own\nscene: {file: [\n").string();
-  const Outcome outcome = run("--port 0 --seconds 0.1 --scene " + file);
-  EXPECT_EQ(outcome.code, 2);
-  EXPECT_EQ(outcome.err.rfind("touchstone_station: " + file, 0), 0U) << outcome.err;
-  EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+  expect_refusal("--port 0 --seconds 0.1 --scene " + file, {"touchstone_station: " + file});
 }
 
 TEST_F(StationProgram, SaysInOneLineWhatItCannotDo) {

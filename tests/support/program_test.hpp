@@ -5,6 +5,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
@@ -55,6 +56,16 @@ class ProgramTest : public FolderTest {
     std::filesystem::remove(out);
     std::filesystem::remove(err);
     return outcome;
+  }
+
+  /// The run ends with exit code 2 and one line of error, which has these texts.
+  void expect_refusal(const std::string& arguments, std::initializer_list<std::string> texts) const {
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.code, 2) << arguments;
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1)
+        << arguments << ": " << outcome.err;
+    for (const std::string& text : texts)
+      EXPECT_NE(outcome.err.find(text), std::string::npos) << arguments << ": " << outcome.err;
   }
 
   /// The outcome of a run that is sent a signal after a while, and how long it took from then on to the end

@@ -666,9 +666,7 @@ TEST_F(TrainingRun, ScenesAreChosenByNumber) {
 TEST_F(TrainingRun, SaysWhatIsWrongWithItsInput) {
   const std::string out = " --out " + (folder_ / "run").string();
   const auto expect = [&](const std::string& arguments, const std::string& reason) {
-    const Outcome outcome = run(arguments + out);
-    EXPECT_EQ(outcome.code, 2) << arguments;
-    EXPECT_THAT(outcome.err, HasSubstr(reason));
+    expect_refusal(arguments + out, {reason});
     EXPECT_FALSE(fs::exists(folder_ / "run"));
   };
   expect("--scene 11", "no script flies it");
@@ -702,9 +700,7 @@ TEST_F(TrainingRun, ARecordReplacesNoFileThatIsNotOfAnEarlierRun) {
       "--scene 05_plates --record " + (folder_ / "records").string() + " --out " + (folder_ / "run").string();
   for (int turn = 0; turn < 2; ++turn) EXPECT_EQ(run(arguments).code, 0);
   write("records/05_plates_no_check.csv", "mine");
-  const Outcome refused = run(arguments);
-  EXPECT_EQ(refused.code, 2);
-  EXPECT_THAT(refused.err, HasSubstr("05_plates_no_check.csv has changed since an earlier run wrote it"));
+  expect_refusal(arguments, {"05_plates_no_check.csv has changed since an earlier run wrote it"});
   EXPECT_EQ(read(folder_ / "records/05_plates_no_check.csv"), "mine");
 }
 
@@ -732,11 +728,8 @@ TEST_F(TrainingRun, AScriptOfMoreFramesThanThereIsRoomForIsRefusedByFile) {
       "long.yaml", "name: x\nscene: {file: " + scenes +
                        "/tunnelling_plates.yaml}\nduration: 1.0e+9\nhands:\n  - object: payload\n    rates: "
                        "[{time: 0}]\n");
-  const Outcome outcome = run("--scene 5 " + script.string() + " --out " + (folder_ / "run").string());
-  EXPECT_EQ(outcome.code, 2);
-  EXPECT_THAT(outcome.err, HasSubstr(script.string() + ": "));
-  EXPECT_THAT(outcome.err, HasSubstr("shorten the duration"));
-  EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+  expect_refusal("--scene 5 " + script.string() + " --out " + (folder_ / "run").string(),
+                 {script.string() + ": ", "shorten the duration"});
   EXPECT_FALSE(fs::exists(folder_ / "run"));
 }
 
