@@ -15,6 +15,7 @@
 #include "touchstone/tests/bullet_plugin/collision_scene.hpp"
 #include "touchstone/tests/support/ask.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
+#include "touchstone/tests/support/kept_pairs.hpp"
 
 namespace touchstone::test {
 namespace {
@@ -262,47 +263,35 @@ TEST(TOUCHSTONE_SUITE, ACompoundsChildrenAreChecked) {
   EXPECT_GE(scene.plugin->statistics().checks, 1u);
 }
 
-/// Keeps what it observes.
-struct Observer final : PairObserver {
-  std::vector<PairStatus> statuses;
-  PairGeometry last{};
-  std::vector<ContactPoint> points;
-
-  void observe(const ObservedPair& pair) noexcept override {
-    statuses.push_back(pair.status);
-    last = pair.geometry;
-    points.assign(pair.points.begin(), pair.points.end());
-  }
-};
-
 TEST(TOUCHSTONE_SUITE, AnObserverIsToldOfBothChecksInOurTerms) {
   for (const EngineCheck check : {EngineCheck::own, EngineCheck::native}) {
     for (const double margin : {0.0, 0.0625}) {
-      Observer observer;
+      KeptPairs observer;
       CollisionScene scene(false);
       scene.plugin.emplace(scene.dispatcher, BulletPlugin::Options{check, &observer});
       scene.add(make_hull(box_vertices(2, 2, 2), margin), at(0, 0, 0));
       btCollisionObject& b = scene.add(make_hull(box_vertices(1, 1, 1), margin), at(1.25, 0, 0));
       scene.detect();
-      ASSERT_EQ(observer.statuses.size(), 1u);
-      EXPECT_EQ(observer.statuses[0], PairStatus::overlapping);
+      ASSERT_EQ(observer.all.size(), 1u);
+      EXPECT_EQ(observer.all[0].status, PairStatus::overlapping);
       // The engine's GJK and EPA are right to 1e-3 m in single precision, 1e-6 m in double.
       const double tolerance = check == EngineCheck::native ? kTolerance : (kDouble ? 1e-5 : 1e-3);
-      EXPECT_NEAR(observer.last.separation, -0.25, tolerance) << margin;
-      EXPECT_NEAR(observer.last.n_AB_W.x(), 1.0, tolerance);
-      EXPECT_NEAR(observer.last.p_A_W.x(), 1.0, tolerance);
-      EXPECT_NEAR(observer.last.p_B_W.x(), 0.75, tolerance);
-      ASSERT_FALSE(observer.points.empty());
+      const PairGeometry& geometry = observer.all[0].geometry;
+      EXPECT_NEAR(geometry.separation, -0.25, tolerance) << margin;
+      EXPECT_NEAR(geometry.n_AB_W.x(), 1.0, tolerance);
+      EXPECT_NEAR(geometry.p_A_W.x(), 1.0, tolerance);
+      EXPECT_NEAR(geometry.p_B_W.x(), 0.75, tolerance);
+      ASSERT_FALSE(observer.all[0].points.empty());
       b.setWorldTransform(to_engine(at(1.8, 0, 0)));
       scene.world.performDiscreteCollisionDetection();
-      for (std::size_t i = 1; i < observer.statuses.size(); ++i) {
-        EXPECT_EQ(observer.statuses[i], PairStatus::separated);
+      for (std::size_t i = 1; i < observer.all.size(); ++i) {
+        EXPECT_EQ(observer.all[i].status, PairStatus::separated);
       }
       scene.plugin.reset();
       b.setWorldTransform(to_engine(at(1.25, 0, 0)));
-      const std::size_t before = observer.statuses.size();
+      const std::size_t before = observer.all.size();
       scene.detect();
-      EXPECT_EQ(observer.statuses.size(), before);
+      EXPECT_EQ(observer.all.size(), before);
     }
   }
 }

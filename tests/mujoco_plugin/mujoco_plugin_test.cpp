@@ -14,6 +14,7 @@
 #include "touchstone/tests/mujoco_plugin/collision_scene.hpp"
 #include "touchstone/tests/support/ask.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
+#include "touchstone/tests/support/kept_pairs.hpp"
 #include "touchstone/tests/support/random_poses.hpp"
 
 namespace touchstone::test {
@@ -232,24 +233,6 @@ TEST(MujocoPlugin, AMeshThatIsNoHexahedronGoesToTheEngine) {
   }
 }
 
-/// Keeps what it observes.
-struct Observer final : PairObserver {
-  struct Observation {
-    std::array<Vector3, 2> half_extents;
-    PairStatus status;
-    PairGeometry geometry;
-    std::vector<ContactPoint> points;
-  };
-  std::vector<Observation> all;
-
-  void observe(const ObservedPair& pair) noexcept override {
-    all.push_back({{pair.solids[0]->half_extents(), pair.solids[1]->half_extents()},
-                   pair.status,
-                   pair.geometry,
-                   {pair.points.begin(), pair.points.end()}});
-  }
-};
-
 TEST(MujocoPlugin, AnObserverIsToldOfBothChecksInOurTerms) {
   CollisionScene scene({box(2, 2, 2), box(1, 1, 1)}), with_margin({box(2, 2, 2), box(1, 1, 1)}, 0.125);
   scene.place(0, at(0, 0, 0));
@@ -258,11 +241,11 @@ TEST(MujocoPlugin, AnObserverIsToldOfBothChecksInOurTerms) {
   with_margin.place(1, at(1.5625, 0, 0));
   const auto engines = answers(scene);
   for (const EngineCheck check : {EngineCheck::own, EngineCheck::native}) {
-    Observer observer;
+    KeptPairs observer;
     const MujocoOverride native({.check = check, .observer = &observer});
     const auto contacts = answers(scene);
     ASSERT_EQ(observer.all.size(), 1u);
-    const Observer::Observation& observed = observer.all[0];
+    const KeptPairs::Observation& observed = observer.all[0];
     EXPECT_EQ(observed.half_extents[0].x(), 1.0);
     EXPECT_EQ(observed.status, PairStatus::overlapping);
     // The engine's input: of its own check half the depth, in MuJoCo 2.2.2.

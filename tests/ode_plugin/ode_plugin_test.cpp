@@ -16,6 +16,7 @@
 #include "touchstone/tests/ode_plugin/frustum.hpp"
 #include "touchstone/tests/support/ask.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
+#include "touchstone/tests/support/kept_pairs.hpp"
 #include "touchstone/tests/support/random_poses.hpp"
 
 namespace touchstone {
@@ -204,39 +205,17 @@ TEST_F(OdePlugin, WhatWasThereIsThereAgain) {
   EXPECT_EQ(answers(geoms_), engines);
 }
 
-/// Keeps what it observes.
-struct Observer final : PairObserver {
-  struct Observation {
-    std::array<Vector3, 2> half_extents;
-    std::array<Pose, 2> X_WS;
-    PairStatus status;
-    PairGeometry geometry;
-    std::vector<ContactPoint> points;
-    std::string by;
-  };
-  std::vector<Observation> all;
-
-  void observe(const ObservedPair& pair) noexcept override {
-    all.push_back({{pair.solids[0]->half_extents(), pair.solids[1]->half_extents()},
-                   pair.X_WS,
-                   pair.status,
-                   pair.geometry,
-                   {pair.points.begin(), pair.points.end()},
-                   std::string(pair.by)});
-  }
-};
-
 TEST_F(OdePlugin, AnObserverIsToldOfBothChecksInOurTerms) {
   const dGeomID a = box(2, 2, 2, at(0, 0, 0)), b = box(1, 1, 1, at(1.25, 0, 0));
   const dGeomID far = box(1, 1, 1, at(9, 0, 0));
   const auto engines = collide(a, b);
   for (const EngineCheck check : {EngineCheck::own, EngineCheck::native}) {
-    Observer observer;
+    KeptPairs observer;
     const OdeBoxOverride native({.check = check, .observer = &observer});
     const auto contacts = collide(a, b);
     collide(a, far);
     ASSERT_EQ(observer.all.size(), 2u);
-    const Observer::Observation& observed = observer.all[0];
+    const KeptPairs::Observation& observed = observer.all[0];
     EXPECT_EQ(observed.status, PairStatus::overlapping);
     EXPECT_NEAR(observed.geometry.separation, -0.25, kTolerance);
     ASSERT_EQ(observed.points.size(), contacts.size());
