@@ -224,7 +224,7 @@ Motion read_motion(const YamlReader& reader, double scene_duration, const std::s
       motion.keys.push_back({item.at("time").number(), read_pose(item.at("pose"))});
     }
   }
-  reader.located_bare([&] { validate_motion(motion, "object " + in_quotes(object)); });
+  reader.bare().located([&] { validate_motion(motion, "object " + in_quotes(object)); });
   return motion;
 }
 
@@ -239,7 +239,7 @@ std::vector<std::shared_ptr<const HexahedronTree>> read_levels(const YamlReader&
     if (parts.solids.empty()) level.fail("no hexahedron");
     levels.push_back(std::make_shared<HexahedronTree>(std::move(parts.solids), tree.name()));
   }
-  reader.located_bare([&] { validate_levels(tree, levels); });
+  reader.bare().located([&] { validate_levels(tree, levels); });
   return levels;
 }
 
@@ -343,7 +343,7 @@ void read_latches(const YamlReader& reader, Scene& scene) {
     SceneLatch latch{item.at("carrier").text(), item.at("carried").text(), {}};
     if (item.has("allowed")) latch.allowed = scene_files::read_exempt_pairs(item.at("allowed"), scene);
     scene.latches.push_back(std::move(latch));
-    item.located_bare([&] { validate_latch(scene, scene.latches.size() - 1); });
+    item.bare().located([&] { validate_latch(scene, scene.latches.size() - 1); });
   }
 }
 

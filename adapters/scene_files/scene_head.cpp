@@ -112,7 +112,7 @@ std::vector<SceneRule> read_rules(const YamlReader& reader, const Scene& scene) 
     if (item.has("warn_distance")) rule.warn_distance = item.at("warn_distance").length();
     if (item.has("translation_only")) rule.translation_only = read_choice(item.at("translation_only"));
     if (item.has("passive")) rule.passive = read_passive(item.at("passive"));
-    item.located_bare([&] { validate_rule(scene, rule); });
+    item.bare().located([&] { validate_rule(scene, rule); });
     rules.push_back(std::move(rule));
   }
   return rules;
@@ -123,7 +123,7 @@ std::vector<ExemptPair> read_exempt_pairs(const YamlReader& reader, const Scene&
   for (const YamlReader& item : reader.list()) {
     const std::vector<YamlReader> names = item.list();
     if (names.size() != 2) item.fail("expected a pair of names, got " + std::to_string(names.size()));
-    for (const YamlReader& name : names) name.located_bare([&] { find_solids(scene, name.text()); });
+    for (const YamlReader& name : names) name.bare().located([&] { find_solids(scene, name.text()); });
     pairs.push_back({names[0].text(), names[1].text()});
   }
   return pairs;

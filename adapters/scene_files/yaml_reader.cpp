@@ -69,11 +69,9 @@ std::string YamlReader::file_and_line() const {
   return source_->file + (mark.line >= 0 ? ":" + std::to_string(mark.line + 1) : "");
 }
 
-void YamlReader::fail_bare(const std::string& message) const {
-  throw InputError(file_and_line() + ": " + message);
+void YamlReader::fail(const std::string& reason) const {
+  throw InputError(file_and_line() + ": " + where_ + reason);
 }
-
-void YamlReader::fail(const std::string& reason) const { fail_bare(where_ + reason); }
 
 void YamlReader::require_keys(std::initializer_list<std::string_view> known) const {
   if (!node_.IsMap()) fail("expected a map with the keys " + joined(known) + ", got " + kind_of(node_));

@@ -39,9 +39,9 @@ class YamlReader {
 
   /// The same node, its errors prefixed by `what` as well.
   YamlReader within(const std::string& what) const { return {node_, *source_, where_ + what + ": "}; }
+  /// The same node, its errors without the prefix: for errors that name the object themselves.
+  YamlReader bare() const { return {node_, *source_}; }
   [[noreturn]] void fail(const std::string& reason) const;
-  /// As fail, without the prefix.
-  [[noreturn]] void fail_bare(const std::string& message) const;
   /// Runs `f`; an InputError of it becomes this node's, as fail().
   template <class F>
   auto located(F&& f) const {
@@ -49,15 +49,6 @@ class YamlReader {
       return f();
     } catch (const InputError& error) {
       fail(error.what());
-    }
-  }
-  /// As located(), for errors that name the object themselves: without the prefix.
-  template <class F>
-  auto located_bare(F&& f) const {
-    try {
-      return f();
-    } catch (const InputError& error) {
-      fail_bare(error.what());
     }
   }
   std::string file_and_line() const;

@@ -40,13 +40,13 @@ BodyInertia read_inertia(const YamlReader& reader, const HexahedronTree& tree) {
   if (reader.has("mass") == reader.has("density")) reader.fail("expected one of mass, density");
   if (reader.has("density")) {
     if (reader.has("inertia")) reader.fail("with a density the inertia is that of the hexahedra");
-    return reader.at("density").located_bare(
+    return reader.at("density").bare().located(
         [&] { return physics::inertia_of_density(tree.solids(), reader.at("density").number(), name); });
   }
   const double mass = reader.at("mass").number();
   if (!reader.has("inertia")) {
     if (mass == 0.0) return {};  // of a link: validate_body() refuses it of others
-    return reader.at("mass").located_bare(
+    return reader.at("mass").bare().located(
         [&] { return physics::inertia_of_mass(tree.solids(), mass, name); });
   }
   const YamlReader inertia = reader.at("inertia");
