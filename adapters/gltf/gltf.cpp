@@ -7,6 +7,7 @@
 
 #include "touchstone/adapters/gltf/gltf_buffer.hpp"
 #include "touchstone/adapters/gltf/gltf_mesh.hpp"
+#include "touchstone/contact_core/geometry/quaternion.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone {
@@ -14,30 +15,6 @@ namespace {
 
 using gltf::Buffer;
 using nlohmann::ordered_json;
-
-/// x, y, z, w.
-using Quaternion = std::array<double, 4>;
-
-/// By the largest component (Shepperd 1978), so nothing cancels; normalised.
-Quaternion quaternion_from(const Matrix3& R) {
-  const double trace = R(0, 0) + R(1, 1) + R(2, 2);
-  int largest = 3;
-  for (int i = 0; i < 3; ++i)
-    if (R(i, i) > (largest == 3 ? trace : R(largest, largest))) largest = i;
-  Quaternion q;
-  if (largest == 3) {
-    q = {R(2, 1) - R(1, 2), R(0, 2) - R(2, 0), R(1, 0) - R(0, 1), 1.0 + trace};
-  } else {
-    const int i = largest, j = (i + 1) % 3, k = (i + 2) % 3;
-    q[static_cast<std::size_t>(i)] = 1.0 + R(i, i) - R(j, j) - R(k, k);
-    q[static_cast<std::size_t>(j)] = R(j, i) + R(i, j);
-    q[static_cast<std::size_t>(k)] = R(k, i) + R(i, k);
-    q[3] = R(k, j) - R(j, k);
-  }
-  const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-  for (double& component : q) component /= length;
-  return q;
-}
 
 /// A node's motion over the frames that are kept.
 struct Track {
@@ -91,20 +68,20 @@ std::optional<Track> track_of(const std::vector<const Pose*>& poses) {
   if (first == poses.end()) return std::nullopt;
   Track track;
   const Pose* pose = *first;
-  Quaternion last = quaternion_from(pose->R);
+  Quaternion last = quaternion_of(pose->R);
   for (const Pose* shown : poses) {
     track.comes_or_goes |= shown == nullptr;
     if (shown != nullptr) {
       track.moves |= shown->p != pose->p || shown->R != pose->R;
       pose = shown;
     }
-    Quaternion q = quaternion_from(pose->R);
-    // q and -q turn alike; the nearer one lets viewers take the short way.
-    if (q[0] * last[0] + q[1] * last[1] + q[2] * last[2] + q[3] * last[3] < 0.0)
-      for (double& component : q) component = -component;
+    Quaternion q = quaternion_of(pose->R);
+    // q and -q turn alike; the nearer one lets viewers take the shorter arc.
+    if (q.w * last.w + dot(q.v, last.v) < 0.0) q = {-q.w, -q.v};
     last = q;
     for (int i = 0; i < 3; ++i) track.translations.push_back(static_cast<float>(pose->p(i)));
-    for (const double component : q) track.rotations.push_back(static_cast<float>(component));
+    for (const double component : {q.v.x(), q.v.y(), q.v.z(), q.w})
+      track.rotations.push_back(static_cast<float>(component));
     track.scales.insert(track.scales.end(), 3, shown != nullptr ? 1.0F : 0.0F);
   }
   return track;
