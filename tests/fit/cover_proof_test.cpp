@@ -152,9 +152,8 @@ TEST(CoverProof, ATightVertexMovedInwardByOnePartIn1e12IsRefused) {
   }
 }
 
-// Six plates hold the whole surface, and not the inside.
-TEST(CoverProof, AHollowCoverIsRefused) {
-  const TriangleMesh box = box_mesh({0, 0, 0}, {1, 1, 1});
+/// Six plates of 0.1 m hold the whole surface of a unit cube, and not the inside.
+CoverClaim six_plates() {
   CoverClaim claim;
   claim.excess = 1e-6;
   for (int axis = 0; axis < 3; ++axis) {
@@ -165,6 +164,12 @@ TEST(CoverProof, AHollowCoverIsRefused) {
       claim.hexahedra.push_back(box_vertices(low, high));
     }
   }
+  return claim;
+}
+
+TEST(CoverProof, AHollowCoverIsRefused) {
+  const TriangleMesh box = box_mesh({0, 0, 0}, {1, 1, 1});
+  CoverClaim claim = six_plates();
   const CoverVerdict hollow = check_cover(box, claim);
   EXPECT_FALSE(hollow.is_proven);
   EXPECT_THAT(hollow.reason, HasSubstr("inside is not covered"));
@@ -175,17 +180,9 @@ TEST(CoverProof, AHollowCoverIsRefused) {
 // A slab that two hexahedra cover from below, their upper faces in one plane: neither may hide the other's.
 TEST(CoverProof, FacesInOnePlaneDoNotHideEachOther) {
   const TriangleMesh box = box_mesh({0, 0, 0}, {1, 1, 1});
-  CoverClaim claim;
-  claim.excess = 1e-6;
-  for (int axis = 0; axis < 3; ++axis) {
-    for (const double at : {0.0, 0.9}) {
-      Vector3 low(0, 0, 0), high(1, 1, 1);
-      low(axis) = at;
-      high(axis) = at + 0.1;
-      claim.hexahedra.push_back(box_vertices(low, high));
-      claim.hexahedra.push_back(box_vertices(low, high));  // twice: each hides what it can of its twin
-    }
-  }
+  CoverClaim claim = six_plates();
+  // Twice: each hides what it can of its twin.
+  for (std::size_t i = 0; i < 6; ++i) claim.hexahedra.push_back(claim.hexahedra[i]);
   EXPECT_THAT(check_cover(box, claim).reason, HasSubstr("inside is not covered"));
 }
 
