@@ -117,6 +117,7 @@ class Connection final : public Narrowphase::Workspace {
       const std::size_t most = at < one_by_one_until ? 1 : engine_->protocol->largest_question();
       const auto part = all.subspan(at, std::min(most, all.size() - at));
       if (!is_running(solids)) return give_up(all.subspan(at), output);
+      // A part without a failure is done.
       const auto [answered, failure] = ask_part({input, part, ++batch_}, output);
       at += answered;
       if (answered > 0)
@@ -124,6 +125,8 @@ class Connection final : public Narrowphase::Workspace {
       else if (!failure.empty())
         engine_->count_in_vain();
       if (failure.empty()) continue;
+      // After a failure the pairs left of the part are asked one by one, of a new process, to find the guilty
+      // one.
       child_.reset();
       if (part.size() == 1) {
         engine_->tell("failed, " + failure + " on pair " + std::to_string(part[0]));

@@ -238,6 +238,7 @@ std::vector<Sectors> sectors_about_bores(const MeshDistance& mesh, std::span<con
     const auto limit_at = [&](const RoundPart& part) {
       return allowed.limit_at(part.foot + 0.5 * part.length * part.axis + part.radius * part.start);
     };
+    // The parts about the same axis give the outer radius, and the count that their errors ask for.
     Sectors sectors{bore, fewest(bore, limit_at(bore)), i, bore.radius};
     for (const RoundPart& part : parts) {
       if (!is_about(part, bore)) continue;
@@ -247,6 +248,7 @@ std::vector<Sectors> sectors_about_bores(const MeshDistance& mesh, std::span<con
           std::max(sectors.count, have_same_facets(part, bore) ? fewest(part, limit_at(part))
                                                                : fewest(part.radius, limit_at(part), false));
     }
+    // A ring that closes about the bore takes precedence.
     const bool may_be_ring = std::find(no_rings.begin(), no_rings.end(), i) == no_rings.end();
     std::optional<Sectors> ring = may_be_ring ? ring_about(mesh, i, parts, allowed, most) : std::nullopt;
     if (ring)

@@ -126,6 +126,7 @@ CoverSearch::CoverSearch(const MeshDistance& mesh, const Cells& cells, AllowedSp
       progress_(progress),
       all_((cells.size() + 63) / 64, 0),
       settled_(all_) {
+  // Cells of prisms stand together, before those of rings.
   for (std::size_t i = 0; i < cells.size(); ++i) {
     set(all_, i);
     if (cells.cell(i).prism == first_of_prism_.size()) first_of_prism_.push_back(i);
@@ -133,6 +134,7 @@ CoverSearch::CoverSearch(const MeshDistance& mesh, const Cells& cells, AllowedSp
   std::size_t end = cells.size();  // of prisms: rings are last
   while (end > 0 && cells.cell(end - 1).ring != kNoIndex) --end;
   first_of_prism_.push_back(end);
+  // Boxes are laid along the axes, and along the mesh's main directions where these differ.
   main_frames_.push_back(box_normals(Vector3::UnitX(), Vector3::UnitY(), Vector3::UnitZ()));
   const Vector3 z = main_direction(mesh.mesh(), Vector3::Zero());
   if (norm(z) == 0.0) return;

@@ -266,6 +266,7 @@ class Session {
   /// @param check what the set's truth must hold. @param answers gets what was found, where it is given.
   SetResult run_set(PairSet set, PairFileResult* keep, const CheckTruth& check = {},
                     SetAnswers* answers = nullptr) {
+    // Answers come from shards of this run, or are measured now.
     SetAnswers found;
     SetResult result;
     if (shards_ != nullptr) {
@@ -280,9 +281,8 @@ class Session {
       found = measure(set, measured, has_captured ? &*keep->cases.captured : nullptr, check);
       result = sum_up(set, found.truth, oracle_, found.answers, options_.threads, share_);
     }
-    if (oracle_ != nullptr) {
-      collect_cases(set, found.truth, found.answers, result, gallery_);
-    }
+    // The gallery, the pair file's part and the shard's writer take what they need.
+    if (oracle_ != nullptr) collect_cases(set, found.truth, found.answers, result, gallery_);
     if (keep != nullptr) {
       keep->truth = std::move(found.truth);
       keep->answers = std::move(found.answers);
