@@ -372,9 +372,9 @@ PlacedSolid place(const MovingSolid& moving, double s) {
 }
 
 PathStep next_step(const PlacedSolid& on_a, const PlacedSolid& on_b, const PairGeometry& geometry,
-                   const GapRule& rule, double threshold, double interest, int queries) {
+                   const GapRule& rule, double threshold, double interest, int queries, OverlapAhead* ahead) {
   const double s = on_a.s, end = next_break(*on_a.moving, *on_b.moving, s);
-  const Stretch stretch = find_clear_stretch(on_a, on_b, geometry, rule, threshold, end - s, queries);
+  const Stretch stretch = find_clear_stretch(on_a, on_b, geometry, rule, threshold, end - s, queries, ahead);
   PathStep step{stretch.at_end ? end : s + stretch.length};
   step.at_end = stretch.at_end && end == 1.0;
   step.is_far = step.at_end && geometry.separation > interest && stretch.least_at_end > interest;
@@ -417,11 +417,18 @@ bool has_geometry(PairStatus status) {
 }
 
 Stretch find_clear_stretch(const PlacedSolid& a, const PlacedSolid& b, const PairGeometry& geometry,
-                           const GapRule& rule, double threshold, double longest, int queries) {
+                           const GapRule& rule, double threshold, double longest, int queries,
+                           OverlapAhead* ahead) {
   const Stretch stretch = clear_stretch(a, b, {geometry.n_AB_W}, threshold, longest);
   const bool in_contact = geometry.separation <= rule.gap;
   const bool is_slow = stretch.length < kShort * longest || queries > kManyQueries;
   if (geometry.separation <= 0.0 || stretch.at_end || !(in_contact || is_slow)) return stretch;
+  // Every plane below keeps at least `threshold`, or half the gap: none clears what ends in an overlap. Far
+  // less than the gap it would be a matter of rounding which of the two is right.
+  const double enough = kStalled * longest;
+  if (ahead != nullptr && in_contact && threshold >= 0.25 * rule.gap && stretch.length < enough &&
+      ahead->overlaps_at(a.s + enough))
+    return stretch;
   return WidestStretch(a, b, rule, scale_of(a, b), threshold, in_contact, longest, stretch).find(geometry);
 }
 

@@ -43,14 +43,23 @@ struct PlacedSolid {
 
 PlacedSolid place(const MovingSolid& moving, double s);
 
+/// Says whether two solids overlap further on along their paths, where no plane parts them.
+class OverlapAhead {
+ public:
+  virtual ~OverlapAhead() = default;
+  /// At s of both paths. False: not known to.
+  virtual bool overlaps_at(double s) noexcept = 0;
+};
+
 /// Returns a stretch, `longest` at most, on which the solids are sure to stay apart by `threshold`: by the
 /// plane of the closest points, or, in contact and where that plane clears little, by the best of all known
-/// planes.
-/// @param queries made so far on this path.
+/// planes; these are not tried where the two overlap before any of them would clear kStalled of `longest`.
+/// @param queries made so far on this path. @param ahead null: all planes are tried.
 /// @pre both are placed at one s, where `geometry` is theirs; both paths are smooth for `longest` (see
 /// next_break()).
 Stretch find_clear_stretch(const PlacedSolid& a, const PlacedSolid& b, const PairGeometry& geometry,
-                           const GapRule& rule, double threshold, double longest, int queries);
+                           const GapRule& rule, double threshold, double longest, int queries,
+                           OverlapAhead* ahead = nullptr);
 
 /// The next place on its path at which a moving pair is looked at.
 struct PathStep {
@@ -61,7 +70,8 @@ struct PathStep {
 };
 /// @pre as find_clear_stretch(), at on_a.s.
 PathStep next_step(const PlacedSolid& on_a, const PlacedSolid& on_b, const PairGeometry& geometry,
-                   const GapRule& rule, double threshold, double interest, int queries);
+                   const GapRule& rule, double threshold, double interest, int queries,
+                   OverlapAhead* ahead = nullptr);
 
 /// True where the two are sure to stay further apart than `threshold` along n on the whole of their paths.
 /// @param n_AB_W unit. @pre both paths are smooth: neither rests before its end.

@@ -32,7 +32,7 @@ double GapRule::threshold(double start, double scale) const {
 namespace {
 
 /// One look after the other at a pair in motion.
-class Advancing {
+class Advancing final : OverlapAhead {
  public:
   Advancing(const MovingSolid& a, const MovingSolid& b, const GapRule& rule, SeparationQuery& query,
             double interest, double until, bool ask_at_end)
@@ -53,6 +53,10 @@ class Advancing {
   }
 
  private:
+  bool overlaps_at(double s) noexcept override {
+    return query_.verdict(a_.pose_at(s), b_.pose_at(s)) == PairStatus::overlapping;
+  }
+
   std::optional<double> look(double s) {
     // The narrowphase is asked about the poses at s.
     const PlacedSolid on_a = place(a_, s), on_b = place(b_, s);
@@ -71,7 +75,7 @@ class Advancing {
       return clear_to_the_end(true);
     // The next look is as far on as the pair is sure to stay apart.
     const PathStep step =
-        next_step(on_a, on_b, impact_.geometry, rule_, threshold_, interest_, impact_.queries);
+        next_step(on_a, on_b, impact_.geometry, rule_, threshold_, interest_, impact_.queries, this);
     if (step.is_far) return clear_to_the_end(true);
     if (step.at_end && !ask_at_end_) return clear_to_the_end(false);
     if (step.is_stalled) {

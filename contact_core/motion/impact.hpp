@@ -84,7 +84,7 @@ class SeparationQuery {
   virtual PairStatus separation(const Pose& X_WA, const Pose& X_WB, PairGeometry& out) noexcept = 0;
   /// True: separations only set the steps; verdict() decides about poses, and answers are `sampled`.
   virtual bool judges_poses() const noexcept { return false; }
-  /// @pre judges_poses().
+  /// Whether the two overlap at these poses.
   virtual PairStatus verdict(const Pose& X_WA, const Pose& X_WB) noexcept {
     PairGeometry unused{};
     return separation(X_WA, X_WB, unused);

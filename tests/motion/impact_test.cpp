@@ -9,6 +9,7 @@
 #include <string>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/contact_core/motion/clear_stretch.hpp"
 #include "touchstone/contact_core/motion/narrowphase_query.hpp"
 #include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/contact_core/scene/motion.hpp"
@@ -185,6 +186,39 @@ TEST(Impact, TippingOverAnEdgeIsFollowed) {
   const Impact impact = pair.find(tip, RigidPath());
   EXPECT_EQ(impact.status, ImpactStatus::clear);
   EXPECT_LE(impact.queries, 8);
+}
+
+/// Answers as it is told, and notes where it was asked.
+struct ToldOverlap final : OverlapAhead {
+  explicit ToldOverlap(bool overlap) : answer(overlap) {}
+  bool overlaps_at(double s) noexcept override {
+    asked_at = s;
+    return answer;
+  }
+
+  bool answer;
+  double asked_at = -1.0;
+};
+
+// As above: the plane of the closest points clears next to nothing, another one all.
+TEST(Impact, PlanesAreNotTriedWhereAnOverlapIsAhead) {
+  Pair pair({2, 0.2, 0.1}, {0.2, 3, 1});
+  const double turn = 1e-3;
+  const RigidPath tip =
+      RigidPath::by(at(0.1, 0, 0.55 + 0.75 * kGap), {0, 0, 0.06 * turn * turn}, {0, turn, 0});
+  const RigidPath rest;
+  const MovingSolid a{&pair.solids[0], {}, &tip}, b{&pair.solids[1], {}, &rest, 0, 0.0};
+  NarrowphaseQuery query(*pair.native, 2);
+  PairGeometry geometry{};
+  query.separation(a.pose_at(0), b.pose_at(0), geometry);
+  for (const bool overlap : {false, true}) {
+    ToldOverlap ahead(overlap);
+    const PathStep step =
+        next_step(place(a, 0), place(b, 0), geometry, {kGap}, 0.5 * kGap, kInfinity, 1, &ahead);
+    EXPECT_EQ(ahead.asked_at, kStalled);
+    EXPECT_EQ(step.at_end, !overlap);
+    EXPECT_EQ(step.is_stalled, overlap);
+  }
 }
 
 // Two crossed edges, one above the other and turning along it: their plane turns with both.
