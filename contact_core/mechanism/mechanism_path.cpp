@@ -44,6 +44,14 @@ Vector3 second_derivative(const Vector3& turn, const Vector3& turn_change, const
   return cross(turn_change, v) + cross(turn, cross(turn, v));
 }
 
+/// Bounds |turn x v| of a section's vector. @param length of v.
+template <class Section>
+double rate_of_vector(const Section& section, const Vector3& v_W, double length) {
+  const double w = section.turn;
+  return std::min(w * length,
+                  norm(cross(section.turn_W, v_W)) + (0.5 * section.change + section.slack * w) * length);
+}
+
 }  // namespace
 
 MechanismPath::MechanismPath(const Mechanism& mechanism)
@@ -51,8 +59,8 @@ MechanismPath::MechanismPath(const Mechanism& mechanism)
       q0_(mechanism.value_count()),
       q1_(mechanism.value_count()),
       start_(mechanism.links().size()),
-      half_(mechanism.links().size()),
       end_(mechanism.links().size()),
+      half_(mechanism.links().size()),
       section_of_(mechanism.links().size(), 0),
       standing_(mechanism.links().size(), 0),
       reach_(mechanism.links().size(), 0.0) {
@@ -73,7 +81,6 @@ void MechanismPath::take_values(const Pose& X_WB, std::span<const double> from,
 void MechanismPath::set(const Pose& X_WB, std::span<const double> from, std::span<const double> to) noexcept {
   take_values(X_WB, from, to);
   sweep(0.0, start_);
-  sweep(0.5, half_);
   divide_into_sections();
   has_end_ = false;
   finish();
@@ -86,7 +93,6 @@ void MechanismPath::lay(const Pose& X_WB, std::span<const double> from, std::spa
     sweep(0.0, start_);
   else
     stand(X_WL);
-  sweep(0.5, half_);
   divide_into_sections();
   has_end_ = false;
 }
@@ -95,7 +101,6 @@ void MechanismPath::rest(const Pose& X_WB, std::span<const double> values,
                          std::span<const Pose> X_WL) noexcept {
   take_values(X_WB, values, values);
   stand(X_WL);
-  std::copy(start_.begin(), start_.end(), half_.begin());
   std::copy(start_.begin(), start_.end(), end_.begin());
   divide_into_sections();
   has_end_ = true;
@@ -185,6 +190,7 @@ void MechanismPath::divide_into_sections() noexcept {
   const std::uint32_t base = mechanism_->base();
   section_of_[base] = standing_[base] = 0;
   reach_[base] = 0.0;
+  half_[base] = X_WB_;
   for (const std::uint32_t j : mechanism_->outwards()) {
     const Mechanism::Joint& joint = mechanism_->joints()[j];
     const bool is_fixed = joint.value == Mechanism::kNone;
@@ -198,6 +204,9 @@ void MechanismPath::divide_into_sections() noexcept {
     } else {
       section_of_[joint.outer] = section_of_[joint.inner];
     }
+    half_[joint.outer] = !moves(joint.outer) ? start_[joint.outer].X_WO
+                                             : Mechanism::across(joint, half_[joint.inner],
+                                                                 is_fixed ? 0.0 : value_at(joint.value, 0.5));
     standing_[joint.outer] = standing_[joint.inner] + (moves(joint.outer) ? 0 : 1);
   }
 }
@@ -205,8 +214,7 @@ void MechanismPath::divide_into_sections() noexcept {
 MechanismPath::Rates MechanismPath::rates_of_vector(const Section& section,
                                                     const Vector3& v_W) const noexcept {
   const double length = norm(v_W), w = section.turn;
-  const double first = std::min(
-      w * length, norm(cross(section.turn_W, v_W)) + (0.5 * section.change + section.slack * w) * length);
+  const double first = rate_of_vector(section, v_W, length);
   return {first, w * first + section.change * length,
           (section.change2 + w * section.change) * length + (2.0 * section.change + w * w) * first};
 }
@@ -230,7 +238,7 @@ void MechanismPath::add_section(const Mechanism::Joint& joint) noexcept {
   // The joint's axis and place are taken half-way along the path.
   const std::uint32_t inner_index = section_of_[joint.inner];
   const Section& inner = sections_[inner_index];
-  const Pose& X_WP = half_[joint.inner].X_WO;
+  const Pose& X_WP = half_[joint.inner];
   const Vector3 axis_W = rotate(X_WP.R, joint.axis_P);
   const double rate = q1_[joint.value] - q0_[joint.value];
   const Vector3 vector_W = transform(X_WP, joint.X_PJ.p) - inner.entry_W;
@@ -273,7 +281,7 @@ MechanismPath::Acceleration MechanismPath::acceleration_of(std::uint32_t link,
                                                            const Vector3& p_L) const noexcept {
   const Section& section = sections_[section_of_[link]];
   Acceleration out;
-  out.r_W = transform(half_[link].X_WO, p_L) - section.entry_W;
+  out.r_W = transform(half_[link], p_L) - section.entry_W;
   out.at_half_W =
       section.entry_acceleration_W + second_derivative(section.turn_W, section.turn_change_W, out.r_W);
   out.rates = rates_of_vector(section, out.r_W);
@@ -314,17 +322,26 @@ void MechanismPath::curvature_bounds(std::uint32_t link, const BodyState& state,
                                      std::span<double> out) const noexcept {
   std::fill(out.begin(), out.end(), 0.0);
   if (!moves(link)) return;
-  const Section& section = sections_[section_of_[link]];
-  const double across = rate_across(section, n_W), inwards = curvature_inwards(section, n_W);
+  const Along along = along_of(link, n_W);
   const Pose X_LW = inverse(state.X_WO);
-  for (std::size_t i = 0; i < points_W.size(); ++i) {
-    const Acceleration p = acceleration_of(link, transform(X_LW, points_W[i]));
-    const double near_half =
-        std::abs(dot(n_W, p.at_half_W)) + 0.5 * p.rates.third + section.slack * p.rates.second;
-    const double rate_within = p.rates.first - section.entry_rates.first;
-    const double sum = (across * rate_within + section.change * norm(p.r_W)) + inwards;
-    out[i] = std::min(sum, near_half) * kEnlarge;
-  }
+  for (std::size_t i = 0; i < points_W.size(); ++i)
+    out[i] = curvature_along(along, transform(X_LW, points_W[i]));
+}
+
+MechanismPath::Along MechanismPath::along_of(std::uint32_t link, const Vector3& n_W) const noexcept {
+  const Section& section = sections_[section_of_[link]];
+  return {link, n_W, rate_across(section, n_W), curvature_inwards(section, n_W)};
+}
+
+double MechanismPath::curvature_along(const Along& along, const Vector3& p_L) const noexcept {
+  if (!moves(along.link)) return 0.0;
+  const Section& section = sections_[section_of_[along.link]];
+  const Acceleration p = acceleration_of(along.link, p_L);
+  const double near_half =
+      std::abs(dot(along.n_W, p.at_half_W)) + 0.5 * p.rates.third + section.slack * p.rates.second;
+  const double rate_within = p.rates.first - section.entry_rates.first;
+  const double sum = (along.across * rate_within + section.change * norm(p.r_W)) + along.inwards;
+  return std::min(sum, near_half) * kEnlarge;
 }
 
 MotionBounds MechanismPath::bounds(std::uint32_t link, const BodyState& state,
@@ -337,14 +354,28 @@ MotionBounds MechanismPath::bounds(std::uint32_t link, const BodyState& state,
 double MechanismPath::speed_bound(std::uint32_t link, const Vector3& p_L) const noexcept {
   if (!moves(link)) return 0.0;
   const Section& section = sections_[section_of_[link]];
-  const Vector3 r_W = transform(half_[link].X_WO, p_L) - section.entry_W;
-  return (section.entry_rates.first + rates_of_vector(section, r_W).first) * kEnlarge;
+  const Vector3 r_W = transform(half_[link], p_L) - section.entry_W;
+  return (section.entry_rates.first + rate_of_vector(section, r_W, norm(r_W))) * kEnlarge;
+}
+
+void MechanismPath::speed_bounds(std::uint32_t link, std::span<const Sphere> spheres_L,
+                                 std::span<double> out) const noexcept {
+  std::fill(out.begin(), out.end(), 0.0);
+  if (!moves(link)) return;
+  const Section& section = sections_[section_of_[link]];
+  const Pose& X_WL = half_[link];
+  const double turn = turn_bound(link);
+  for (std::size_t i = 0; i < spheres_L.size(); ++i) {
+    const Vector3 r_W = transform(X_WL, spheres_L[i].centre) - section.entry_W;
+    const double of_centre = (section.entry_rates.first + rate_of_vector(section, r_W, norm(r_W))) * kEnlarge;
+    out[i] = of_centre + turn * spheres_L[i].radius;
+  }
 }
 
 double MechanismPath::acceleration_bound(std::uint32_t link, const Vector3& p_L) const noexcept {
   if (!moves(link)) return 0.0;
   const Section& section = sections_[section_of_[link]];
-  const Vector3 r_W = transform(half_[link].X_WO, p_L) - section.entry_W;
+  const Vector3 r_W = transform(half_[link], p_L) - section.entry_W;
   return (section.entry_rates.second + rates_of_vector(section, r_W).second) * kEnlarge;
 }
 

@@ -51,9 +51,22 @@ class MechanismPath final : public MotionPath {
   void curvature_bounds(std::uint32_t link, const BodyState& state, std::span<const Vector3> points_W,
                         const Vector3& n_W, std::span<double> out) const noexcept override;
 
+  /// The terms of curvature_bound() that a link's points share along n. Void once another path is laid.
+  struct Along {
+    std::uint32_t link;
+    Vector3 n_W;             ///< unit, fixed in the world
+    double across, inwards;  ///< bounds on |n x angular velocity|, on |n . p''| of the section's entry
+  };
+  Along along_of(std::uint32_t link, const Vector3& n_W) const noexcept;
+  /// curvature_bound() of a point fixed in the link.
+  double curvature_along(const Along& along, const Vector3& p_L) const noexcept;
+
   /// Bounds over all of [0, 1] on the speed of a point fixed in the link [m], on the link's angular velocity
   /// [rad] and on that one's derivative.
   double speed_bound(std::uint32_t link, const Vector3& p_L) const noexcept;
+  /// The same of any point within spheres fixed in the link: one bound each. @pre as many `out`.
+  void speed_bounds(std::uint32_t link, std::span<const Sphere> spheres_L,
+                    std::span<double> out) const noexcept;
   /// A bound on the acceleration of a point fixed in the link, in any direction [m].
   double acceleration_bound(std::uint32_t link, const Vector3& p_L) const noexcept;
   double turn_bound(std::uint32_t link) const noexcept;
@@ -114,7 +127,8 @@ class MechanismPath final : public MotionPath {
   const Mechanism* mechanism_;
   Pose X_WB_;
   std::vector<double> q0_, q1_;
-  std::vector<BodyState> start_, half_, end_;  // by link; end_: where has_end_
+  std::vector<BodyState> start_, end_;  // by link; end_: where has_end_
+  std::vector<Pose> half_;              // by link: at s = 1/2, which bounds alone look at
   std::vector<Section> sections_;
   std::vector<std::uint32_t> section_of_;  // by link
   std::vector<std::uint32_t>

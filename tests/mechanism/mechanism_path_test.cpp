@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <numbers>
 
@@ -117,6 +118,28 @@ TEST(MechanismPath, CurvatureBoundHoldsOverTheWholePath) {
     std::printf("step %4.2f rad: bound / largest sampled: median %.3f, 90 %% %.3f, 99 %% %.3f (%zu chains)\n",
                 step, over_estimates[count / 2], over_estimates[count * 9 / 10],
                 over_estimates[count * 99 / 100], count);
+  }
+}
+
+TEST(MechanismPath, BoundsOfManyAreThoseOfEach) {
+  Draw draw(11);
+  for (int i = 0; i < 100; ++i) {
+    const Case c(draw, 1);
+    const auto link = static_cast<std::uint32_t>(c.mechanism.joints().size());
+    const std::array<Sphere, 2> spheres{Sphere{draw.vector(2), draw.real(0, 1)},
+                                        Sphere{draw.vector(2), draw.real(0, 1)}};
+    const Vector3 n = draw.direction();
+    const BodyState state = c.path.at(link, 0.0);
+    const MechanismPath::Along along = c.path.along_of(link, n);
+    std::array<double, 2> speeds;
+    c.path.speed_bounds(link, spheres, speeds);
+    for (std::size_t k = 0; k < spheres.size(); ++k) {
+      const auto& [centre, radius] = spheres[k];
+      EXPECT_EQ(speeds[k], c.path.speed_bound(link, centre) + c.path.turn_bound(link) * radius);
+      const Vector3 p_W = transform(state.X_WO, centre);
+      EXPECT_EQ(c.path.curvature_along(along, transform(inverse(state.X_WO), p_W)),
+                c.path.curvature_bound(link, state, p_W, n));
+    }
   }
 }
 

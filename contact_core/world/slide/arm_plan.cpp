@@ -19,7 +19,10 @@ class ArmBends final : public JointBends {
   ArmBends(MechanismMover& arm, std::span<const SlideRow> rows, std::span<const JointRow> joint_rows)
       : arm_(arm), rows_(rows), joint_rows_(joint_rows) {}
 
-  void lay(const JointVector& dq) noexcept override { lay_path(arm_, dq); }
+  void lay(const JointVector& dq) noexcept override {
+    lay_path(arm_, dq);
+    along_.link = kNoIndex;
+  }
   // Those behind the contacts' are of joints' stops, from which nothing bends.
   double most(std::size_t row) noexcept override {
     return row < rows_.size() ? most_of(rows_[row], joint_rows_[row]) : 0.0;
@@ -47,12 +50,13 @@ class ArmBends final : public JointBends {
 
   double bend_of(const SlideRow& row, const JointRow& at) noexcept {
     const MechanismPath& path = path_of(at);
-    const BodyState state = path.at(at.link, 0.0);
-    const Vector3 p_W = row.r + arm_.X_WL[at.link].p;
-    const double straight = path.curvature_bound(at.link, state, p_W, row.n);
+    const Vector3 p_L = transform(inverse(path.at(at.link, 0.0).X_WO), Vector3(row.r + arm_.X_WL[at.link].p));
+    // Rows of one plane, and of several that lie flush, share their direction.
+    if (along_.link != at.link || along_from_ != at.other || along_.n_W != row.n)
+      along_ = path.along_of(at.link, row.n), along_from_ = at.other;
+    const double straight = path.curvature_along(along_, p_L);
     const double steepness = steepness_of(row);
-    if (steepness == 0.0) return straight;
-    return straight + steepness * bend_of_plane(path, at.link, transform(inverse(state.X_WO), p_W));
+    return steepness == 0.0 ? straight : straight + steepness * bend_of_plane(path, at.link, p_L);
   }
 
   /// How much faster than the mover a row's plane may turn: two edges' does the more, the less they cross.
@@ -72,22 +76,30 @@ class ArmBends final : public JointBends {
   MechanismMover& arm_;
   std::span<const SlideRow> rows_;
   std::span<const JointRow> joint_rows_;
+  // Of the path that is laid, as seen from a link.
+  MechanismPath::Along along_{kNoIndex, Vector3::Zero(), 0.0, 0.0};
+  std::uint32_t along_from_ = kNoIndex;
 };
 
 void find_joint_rows(const MechanismMover& arm, std::span<const SlideRow> rows,
                      std::vector<JointRow>& joint_rows) {
   joint_rows.clear();
+  // Mostly all rows are of one link, whose twists are the same in each.
+  std::array<Twist, kMostSlideJoints> twists;
+  std::uint32_t twists_of = kNoIndex;
   for (const SlideRow& row : rows) {
-    JointRow out;
+    if (row.link != twists_of) {
+      for (std::uint32_t k = 0; k < arm.actual.size(); ++k)
+        twists[k] = arm.frame.twist(k, arm.X_WL[row.link].p);
+      twists_of = row.link;
+    }
+    JointRow& out = joint_rows.emplace_back();
     out.slack = row.slack, out.room = row.room;
     out.link = row.link, out.other = row.other_link;
     for (std::uint32_t k = 0; k < arm.actual.size(); ++k) {
       const int sign = arm.frame.sign(k, row.link, row.other_link);
-      if (sign == 0) continue;
-      const Twist twist = arm.frame.twist(k, arm.X_WL[row.link].p);
-      out.g[k] = sign * dot(row.n, twist.v + cross(twist.w, row.r));
+      if (sign != 0) out.g[k] = sign * dot(row.n, twists[k].v + cross(twists[k].w, row.r));
     }
-    joint_rows.push_back(out);
   }
 }
 
