@@ -141,7 +141,7 @@ std::size_t PairFinder::gather_left_out(const Scope& scope, std::span<const Cont
                                         std::span<const FramePair> known) {
   WorldModel& model = scope.model;
   WatchedPairs& watched = scope.watched;
-  const PairWatch& watches = watched.pairs();
+  PairWatch& watches = watched.pairs();
   const GrowingList<std::uint8_t>& is_short = scope.movers.is_short;
   const std::vector<std::uint32_t>& roots = scope.movers.roots;
   std::atomic<std::size_t> count{0};
@@ -161,14 +161,18 @@ std::size_t PairFinder::gather_left_out(const Scope& scope, std::span<const Cont
       watches.for_each_of(solid, [&](std::uint32_t index) { take(index, solid); });
     });
   });
-  // Of an arm's many pairs those that are not imminent are clear.
+  // Of an arm's many pairs most are known to be clear.
   for (const std::uint32_t root : roots) {
     if (!is_short[root] || model.mechanism_of(root) == nullptr) continue;
-    if (watched.needs_imminent()) watched.choose_imminent(model);
-    for (const std::uint32_t index : watched.imminent()) {
-      const auto [a, b] = watches.solids(index);
-      if (model.root_of(a) == root || model.root_of(b) == root) take(index, model.root_of(a) == root ? a : b);
-    }
+    watches.for_each_of_arms_beyond(
+        [&](const WatchedPair& watch) {
+          return model.travelled({watch.a, watch.b}, watch.link_pair);
+        },
+        [&](std::uint32_t index) {
+          const auto [a, b] = watches.solids(index);
+          if (model.root_of(a) == root || model.root_of(b) == root)
+            take(index, model.root_of(a) == root ? a : b);
+        });
   }
   // Sorting makes the order independent of lanes.
   std::sort(left_out_.begin(), left_out_.begin() + static_cast<std::ptrdiff_t>(count));

@@ -16,9 +16,6 @@ namespace {
 /// broadphase is asked again.
 constexpr double kReserveFrames = 8.0;
 constexpr double kReserveRadius = 0.125;
-/// The same of the imminent ones of the watched pairs.
-constexpr double kImminentFrames = 1.0;
-constexpr double kImminentRadius = 0x1p-6;
 /// The same factor for what slides ask.
 constexpr double kReserveNeeds = 1.5;
 /// Of more objects than one in this many the pairs are found together with all others.
@@ -36,6 +33,12 @@ bool may_meet(const WorldModel& model, std::uint32_t a, std::uint32_t b) {
 bool may_be_watched(const WorldModel& model, const SolidPair& pair) {
   const Layout& layout = model.layout;
   return may_meet(model, layout.slot_of[pair.a], layout.slot_of[pair.b]) && !layout.is_exempt(pair);
+}
+
+/// Whether Travels' plan has what the path at hand takes the slot's solids.
+bool is_planned(const WorldModel& model, std::uint32_t slot) {
+  const MechanismMover* mover = model.mechanism_of(slot);
+  return mover != nullptr && model.has_planned(*mover);
 }
 
 /// Clear where it stood before the path that is laid.
@@ -59,14 +62,15 @@ void WatchedPairs::take_room(const WorldModel& model, bool anew) {
   resize_more(stands_, proxies), resize_more(objects_stand_, slots);
   reserve_more(due_, slots), reserve_more(idle_, slots), reserve_more(moved_, slots),
       reserve_more(movable_, slots);
-  reserve_more(looked_at_, slots), reserve_more(limited_, solids);
-  if (anew) limited_.clear();
+  reserve_more(looked_at_, slots);
   room_ = std::max<std::size_t>(256 + 64 * solids, pairs_.size());
-  pairs_.reserve(room_), pairs_before_.reserve(room_);
-  pairs_.set_solids(solids), pairs_before_.set_solids(solids);
-  for (GrowingList<std::uint32_t>* indices : {&imminent_, &unclear_, &taken_}) reserve_more(*indices, room_);
+  for (PairWatch* pairs : {&pairs_, &pairs_before_}) {
+    pairs->reserve(room_), pairs->set_solids(solids);
+    pairs->set_link_pairs(model.travels.of_link_pair.size());
+  }
+  for (GrowingList<std::uint32_t>* indices : {&unclear_, &taken_}) reserve_more(*indices, room_);
   reserve_more(gathered_, room_), reserve_more(is_taken_, room_), reserve_more(found_, room_);
-  reserve_more(partners_, solids), reserve_more(known_partners_, solids), reserve_more(proxies_, proxies);
+  reserve_more(partners_, solids), resize_more(marks_, solids), reserve_more(proxies_, proxies);
 }
 
 bool WatchedPairs::begin(const WorldModel& model, Broadphase& broadphase) {
@@ -76,7 +80,7 @@ bool WatchedPairs::begin(const WorldModel& model, Broadphase& broadphase) {
   moved_.clear(), due_.clear(), unclear_.clear();
   pairs_.clear();
   pairs_.set_solids(model.layout.solids.size());
-  needs_watch_ = needs_imminent_ = true;
+  needs_watch_ = true;
   movable_.clear();
   for (std::uint32_t slot = 0; slot < model.layout.slots(); ++slot) {
     place(model, slot);
@@ -116,7 +120,6 @@ void WatchedPairs::place_object(const WorldModel& model, std::uint32_t slot) {
 void WatchedPairs::forget(const WorldModel& model, std::uint32_t slot) {
   for (SolidIndex i = model.layout.first_solid[slot]; i < model.layout.first_solid[slot + 1]; ++i)
     pairs_.for_each_of(i, [&](std::uint32_t index) { pairs_.remove(index); });
-  needs_imminent_ = true;
 }
 
 void WatchedPairs::watch_anew(const WorldModel& model, std::uint32_t slot) {
@@ -168,9 +171,20 @@ void WatchedPairs::lay_travels(WorldModel& model, std::uint32_t root) {
   model.for_each_member(root, [&](std::uint32_t slot) {
     if (!model.moves(slot)) return;
     moved_.push_back(slot);
-    const BodyState start = model.state_at(slot, 0.0);
+    const MechanismMover* mover = model.arm_of(slot);
+    const BodyState start = mover == nullptr ? model.state_at(slot, 0.0) : BodyState{};
     if (model.layout.levels[slot] != nullptr) lay_object_travel(model, slot, start);
-    model.for_each_solid_of(slot, [&](SolidIndex solid) { lay_travel(model, solid, start); });
+    if (mover == nullptr) {
+      model.for_each_solid_of(slot, [&](SolidIndex solid) { lay_travel(model, solid, start); });
+      return;
+    }
+    Travels& travels = model.travels;
+    if (is_planned(model, slot))
+      model.for_each_solid_of(
+          slot, [&](SolidIndex solid) { travels.last_solid[solid] = travels.planned_solid[solid]; });
+    else
+      model.measure_travels(*mover, slot, travels.last_solid);
+    model.for_each_solid_of(slot, [&](SolidIndex solid) { add_travel(model, solid); });
   });
   if (const MechanismMover* mover = model.mechanism_of(root)) lay_link_travels(model, *mover);
 }
@@ -198,17 +212,24 @@ void WatchedPairs::lay_travel(WorldModel& model, SolidIndex solid, const BodySta
   const Sphere& sphere = model.layout.solids[solid].bounding_sphere();
   const std::uint32_t slot = model.layout.slot_of[solid];
   if (const MechanismMover* mover = model.arm_of(slot)) {
-    const bool is_planned = model.mechanism_of(slot) != nullptr && model.has_planned(*mover);
-    travels.last_solid[solid] = is_planned ? travels.planned_solid[solid] : model.travel_on(*mover, solid);
+    travels.last_solid[solid] =
+        is_planned(model, slot) ? travels.planned_solid[solid] : model.travel_on(*mover, solid);
   } else {
     const double arm = norm(transform(model.from[solid], sphere.centre) - start.centre_W) + sphere.radius;
     travels.last_solid[solid] = (norm(start.velocity_W) + norm(start.angular_velocity_W) * arm) * kUp;
   }
+  add_travel(model, solid);
+}
+
+/// That of the path at hand, to the sums of all paths.
+void WatchedPairs::add_travel(WorldModel& model, SolidIndex solid) {
+  Travels& travels = model.travels;
+  const std::uint32_t slot = model.layout.slot_of[solid];
+  if (travels.of_solid[solid] == 0.0 && model.mechanism_of(slot) == nullptr) pairs_.note_moves(solid);
   travels.of_solid[solid] = Travels::sum(travels.of_solid[solid], travels.last_solid[solid]);
   if (!(travels.of_solid[solid] <= travels.solid_limit[solid]) && model.layout.levels[slot] == nullptr)
     note_due(slot);
   is_overflown_ = is_overflown_ || !(travels.of_solid[solid] <= Travels::kMost);
-  needs_imminent_ = needs_imminent_ || !(travels.of_solid[solid] <= travels.imminent_solid[solid]);
 }
 
 void WatchedPairs::lay_link_travels(WorldModel& model, const MechanismMover& mover) {
@@ -223,7 +244,6 @@ void WatchedPairs::lay_link_travels(WorldModel& model, const MechanismMover& mov
   const std::size_t begin = mover.first_link_pair, end = begin + links * links;
   for (std::size_t k = begin; k < end; ++k)
     travels.of_link_pair[k] = Travels::sum(travels.of_link_pair[k], travels.last_link_pair[k]),
-    needs_imminent_ = needs_imminent_ || !(travels.of_link_pair[k] <= travels.imminent_link_pair[k]),
     is_overflown_ = is_overflown_ || !(travels.of_link_pair[k] <= Travels::kMost);
 }
 
@@ -266,7 +286,6 @@ void WatchedPairs::update(WorldModel& model, Broadphase& broadphase) {
   for (const std::uint32_t slot : due_) is_noted_due_[slot] = 0;
   due_.clear();
   needs_watch_ = false;
-  needs_imminent_ = true;
 }
 
 /// Where the object's solids may be until its pairs are found anew.
@@ -421,27 +440,42 @@ void WatchedPairs::close_idle(WorldModel& model, std::uint32_t slot) {
 
 /// Watches the solid with partners_; keeps the data of pairs that are watched already.
 void WatchedPairs::update_partners(WorldModel& model, SolidIndex solid) {
-  known_partners_.clear();
+  // Marks of this call: a partner was found; and is watched already.
+  const std::uint64_t found = last_mark_ + 1, known = last_mark_ += 2;
+  for (const SolidIndex other : partners_) marks_[other] = found;
   pairs_.for_each_of(solid, [&](std::uint32_t index) {
     const SolidPair pair = pairs_.solids(index);
-    known_partners_.emplace_back(pair.a == solid ? pair.b : pair.a, index);
+    std::uint64_t& mark = marks_[pair.a == solid ? pair.b : pair.a];
+    if (mark == found)
+      mark = known;
+    else
+      pairs_.remove(index);
+  });
+  // The others are new.
+  std::erase_if(partners_, [&](SolidIndex other) {
+    const SolidPair pair{std::min(solid, other), std::max(solid, other)};
+    return marks_[other] == known || !may_be_watched(model, pair);
   });
   std::sort(partners_.begin(), partners_.end());
-  std::sort(known_partners_.begin(), known_partners_.end());
-  auto before = known_partners_.begin();
-  const auto end = known_partners_.end();
   for (const SolidIndex other : partners_) {
-    for (; before != end && before->first < other; ++before) pairs_.remove(before->second);
-    if (before != end && before->first == other) {
-      ++before;
-      continue;
-    }
     const SolidPair pair{std::min(solid, other), std::max(solid, other)};
-    if (!may_be_watched(model, pair)) continue;
     open(model, other);
-    unclear_.push_back(pairs_.add({pair.a, pair.b, model.link_pair_index(pair), kNotKnown}));
+    add(model, {pair.a, pair.b, model.link_pair_index(pair), kNotKnown});
   }
-  for (; before != end; ++before) pairs_.remove(before->second);
+}
+
+void WatchedPairs::add(const WorldModel& model, const WatchedPair& pair) {
+  const auto is_of_arm = [&](SolidIndex solid) {
+    return model.mechanism_of(model.layout.slot_of[solid]) != nullptr;
+  };
+  // Until add_travel() says otherwise.
+  const auto stands = [&](SolidIndex solid) {
+    return !is_of_arm(solid) && model.travels.of_solid[solid] == 0.0;
+  };
+  if (!is_of_arm(pair.a) && !is_of_arm(pair.b))
+    unclear_.push_back(pairs_.add(pair));
+  else
+    unclear_.push_back(pairs_.add_of_arm(pair, stands(pair.b) ? pair.a : stands(pair.a) ? pair.b : kNoIndex));
 }
 
 void WatchedPairs::update_all(WorldModel& model, Broadphase& broadphase) {
@@ -487,59 +521,10 @@ void WatchedPairs::watch_again(WorldModel& model, const SolidPair& pair) {
   if (before != kNoIndex)
     watch.clear_until = pairs_before_[before].clear_until, watch.axis_W = pairs_before_[before].axis_W;
   open(model, pair.a), open(model, pair.b);
-  unclear_.push_back(pairs_.add(watch));
+  add(model, watch);
 }
 
-/// Most watched pairs of arms stay out of reach for many frames: those that may not are found now and then.
-void WatchedPairs::choose_imminent(WorldModel& model) {
-  Travels& travels = model.travels;
-  for (const SolidIndex solid : limited_) travels.imminent_solid[solid] = kInfinity;
-  limited_.clear(), imminent_.clear();
-  for (std::uint32_t i = 0; i < model.mechanisms.size(); ++i) {
-    const MechanismMover* mover = model.mechanisms.at(i);
-    if (mover == nullptr) continue;
-    limit_link_pairs(travels, *mover);
-    // Pairs that are clear beyond the limits are not imminent; those of two arms' solids come from their a.
-    model.for_each_solid(mover->lead, [&](SolidIndex solid) {
-      limit(model, solid);
-      pairs_.for_each_of(solid, [&](std::uint32_t index) {
-        const WatchedPair& watch = pairs_[index];
-        const SolidIndex other = watch.a == solid ? watch.b : watch.a;
-        if (watch.b == solid && model.mechanism_of(model.layout.slot_of[other]) != nullptr) return;
-        const double most = watch.link_pair != kNoLinkPair ? travels.imminent_link_pair[watch.link_pair]
-                                                           : limit(model, solid) + limit(model, other);
-        if (!(most <= watch.clear_until)) imminent_.push_back(index);
-      });
-    });
-  }
-  needs_imminent_ = false;
-}
-
-/// A solid's limit is what it has travelled and may travel within a few frames.
-double WatchedPairs::limit(WorldModel& model, SolidIndex solid) {
-  Travels& travels = model.travels;
-  double& most = travels.imminent_solid[solid];
-  if (model.layout.is_static[model.layout.slot_of[solid]] != 0) return 0.0;
-  if (most < kInfinity) return most;
-  most = travels.of_solid[solid] + kImminentFrames * travels.last_solid[solid] +
-         2.0 * travels.planned_solid[solid] +
-         kImminentRadius * model.layout.solids[solid].bounding_sphere().radius;
-  limited_.push_back(solid);
-  return most;
-}
-
-/// The same of links relative to each other.
-void WatchedPairs::limit_link_pairs(Travels& travels, const MechanismMover& mover) {
-  const std::size_t links = mover.X_WL.size();
-  for (std::size_t k = 0; k < links * links; ++k) {
-    const std::size_t link_pair = mover.first_link_pair + k;
-    travels.imminent_link_pair[link_pair] =
-        travels.of_link_pair[link_pair] + kImminentFrames * travels.last_link_pair[link_pair] +
-        2.0 * travels.planned_link_pair[link_pair] + kImminentRadius * mover.radius_of_link[k % links];
-  }
-}
-
-/// Roots that move or have moved since, but for arms: of their many pairs those that are imminent are fewer.
+/// Roots that move or have moved since, but for arms, whose many pairs are looked at in groups.
 void WatchedPairs::find_looked_at(const WorldModel& model, const Movers& movers) {
   looked_at_.clear();
   for (const std::vector<std::uint32_t>* roots : {&movers.commanded, &movers.commanded_before})
@@ -556,8 +541,6 @@ void WatchedPairs::gather(WorldModel& model, const Movers& movers, FrameLanes& l
                           GrowingList<std::uint32_t>& close, GrowingList<std::uint32_t>& deferred) {
   constexpr std::size_t kRootsAtOnce = 16;
   find_looked_at(model, movers);
-  const bool has_links = model.mechanisms.size() > 0;
-  if (has_links && needs_imminent_) choose_imminent(model);
   // Each list gets room for all pairs, as lanes append to it.
   const auto make_room = [&](auto& list) { list.resize(std::max(list.size(), std::size_t{pairs_.size()})); };
   make_room(taken_), make_room(is_taken_);
@@ -573,16 +556,19 @@ void WatchedPairs::gather(WorldModel& model, const Movers& movers, FrameLanes& l
       });
     });
   });
-  // Pairs that were not clear before, and those of links that are imminent, are added once.
+  // Pairs that were not clear before, and those of arms, are added once.
   const auto take_once = [&](std::uint32_t i) {
     if (is_taken_[i] || model.is_clear(pairs_[i])) return;
     if (is_looked_at_[model.root_of(pairs_[i].a)] || is_looked_at_[model.root_of(pairs_[i].b)]) return;
     is_taken_[i] = 1;
     take(i);
   };
-  const std::array<std::span<const std::uint32_t>, 2> others{
-      unclear_, has_links ? std::span<const std::uint32_t>(imminent_) : std::span<const std::uint32_t>()};
-  for (const std::span<const std::uint32_t> list : others) std::for_each(list.begin(), list.end(), take_once);
+  std::for_each(unclear_.begin(), unclear_.end(), take_once);
+  pairs_.for_each_of_arms_beyond(
+      [&](const WatchedPair& watch) {
+        return model.travelled({watch.a, watch.b}, watch.link_pair);
+      },
+      take_once);
   // The marks are cleared, and pairs that were clear before this frame's motion are deferred.
   for (const std::uint32_t root : looked_at_) is_looked_at_[root] = 0;
   close.clear(), deferred.clear();

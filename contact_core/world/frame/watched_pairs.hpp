@@ -70,12 +70,6 @@ class WatchedPairs {
   /// Keeps those that are switched on, by solids.
   void keep_checked(const WorldModel& model, FrameLanes& lanes, GrowingList<std::uint32_t>& indices);
 
-  /// The pairs of arms that may come near within a few frames, in no order; moving links need no others.
-  /// @pre !needs_imminent().
-  std::span<const std::uint32_t> imminent() const { return imminent_; }
-  bool needs_imminent() const { return needs_imminent_; }
-  void choose_imminent(WorldModel& model);
-
   /// Lists of pairs have room for this many.
   std::size_t room() const { return room_; }
 
@@ -88,6 +82,7 @@ class WatchedPairs {
   void lay_travels(WorldModel& model, std::uint32_t root);
   void lay_object_travel(WorldModel& model, std::uint32_t slot, const BodyState& start);
   void lay_travel(WorldModel& model, SolidIndex solid, const BodyState& start);
+  void add_travel(WorldModel& model, SolidIndex solid);
   void lay_link_travels(WorldModel& model, const MechanismMover& mover);
   void set_region(WorldModel& model, std::uint32_t slot);
   void set_region_of_object(WorldModel& model, std::uint32_t slot);
@@ -101,13 +96,12 @@ class WatchedPairs {
   void close_idle(WorldModel& model, std::uint32_t slot);
   void update_all(WorldModel& model, Broadphase& broadphase);
   void watch_again(WorldModel& model, const SolidPair& pair);
-  double limit(WorldModel& model, SolidIndex solid);
-  static void limit_link_pairs(Travels& travels, const MechanismMover& mover);
+  void add(const WorldModel& model, const WatchedPair& pair);
   void find_looked_at(const WorldModel& model, const Movers& movers);
 
   PairWatch pairs_, pairs_before_;
   std::size_t room_ = 0;
-  bool needs_watch_ = true, needs_imminent_ = true;
+  bool needs_watch_ = true;
   bool is_overflown_ = false;                // Travels knows nothing any more
   GrowingList<std::uint32_t> moved_;         // slots
   GrowingList<std::uint32_t> due_;           // slots of objects whose pairs are to be found anew
@@ -117,9 +111,7 @@ class WatchedPairs {
   std::vector<double>
       reaches_;  // by slot: so much further than the default rule's warn distance it looks [m]
   std::vector<std::pair<ObjectHandle, double>> early_reaches_;  // of objects that are not laid out yet
-  GrowingList<std::uint32_t> unclear_;   // by index: all that may not be clear, of what rests
-  GrowingList<std::uint32_t> imminent_;  // by index
-  GrowingList<SolidIndex> limited_;      // those that Travels::imminent_solid has a limit for
+  GrowingList<std::uint32_t> unclear_;  // by index: all that may not be clear, of what rests
 
   // For the broadphase: where solids stand, and how far from there they may be.
   GrowingList<Pose> stands_;         // by proxy
@@ -127,16 +119,17 @@ class WatchedPairs {
   GrowingList<Pose> objects_stand_;  // by slot: of those with levels the object's own pose then
 
   // Memory of one call.
-  GrowingList<std::uint32_t> movable_;                                // slots, of update_all()
-  std::vector<SolidIndex> proxies_;                                   // of find_partners()
-  std::vector<SolidPair> found_;                                      // of search_levels()
-  std::vector<SolidIndex> partners_;                                  // of update_partners()
-  std::vector<std::pair<SolidIndex, std::uint32_t>> known_partners_;  // the same: watched so far, by index
-  GrowingList<GatheredPair> gathered_;                                // of keep_checked(): those that are on
-  GrowingList<std::uint32_t> taken_;                                  // of gather(): not clear
-  std::vector<std::uint32_t> looked_at_;                              // the same: roots
-  GrowingList<std::uint8_t> is_looked_at_;                            // the same, by slot
-  GrowingList<std::uint8_t> is_taken_;                                // the same, by index
+  GrowingList<std::uint32_t> movable_;  // slots, of update_all()
+  std::vector<SolidIndex> proxies_;     // of find_partners()
+  std::vector<SolidPair> found_;        // of search_levels()
+  std::vector<SolidIndex> partners_;    // of update_partners()
+  GrowingList<std::uint64_t> marks_;    // the same, by solid
+  std::uint64_t last_mark_ = 0;
+  GrowingList<GatheredPair> gathered_;      // of keep_checked(): those that are on
+  GrowingList<std::uint32_t> taken_;        // of gather(): not clear
+  std::vector<std::uint32_t> looked_at_;    // the same: roots
+  GrowingList<std::uint8_t> is_looked_at_;  // the same, by slot
+  GrowingList<std::uint8_t> is_taken_;      // the same, by index
 };
 
 }  // namespace touchstone

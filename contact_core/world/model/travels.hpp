@@ -16,11 +16,7 @@ struct Travels {
   GrowingList<double> of_solid;      ///< [m]
   std::vector<double> of_link_pair;  ///< by pair of links [m]
   GrowingList<double> solid_limit;   ///< of_solid up to which the watched pairs are all that may come near
-  /// of_solid and of_link_pair up to which the imminent pairs are all of arms' watched ones that may come
-  /// near; infinite: the solid is in none of these.
-  GrowingList<double> imminent_solid;
-  std::vector<double> imminent_link_pair;
-  GrowingList<double> last_solid;  ///< of the path that was laid last [m]; 0: at rest
+  GrowingList<double> last_solid;    ///< of the path that was laid last [m]; 0: at rest
   std::vector<double> last_link_pair;
   GrowingList<double> planned_solid;  ///< of a path that a slide may take [m]
   std::vector<double> planned_link_pair;

@@ -14,8 +14,8 @@ namespace {
 void put_own_pairs(WorldModel& model, MechanismMover& mover, std::uint32_t first) {
   Travels& travels = model.travels;
   const std::size_t end = std::size_t{first} + mover.link_pairs();
-  for (std::vector<double>* values : {&travels.of_link_pair, &travels.imminent_link_pair,
-                                      &travels.last_link_pair, &travels.planned_link_pair}) {
+  for (std::vector<double>* values :
+       {&travels.of_link_pair, &travels.last_link_pair, &travels.planned_link_pair}) {
     if (values->size() < end) resize_more(*values, end, 0.0);
     std::fill_n(values->begin() + first, mover.link_pairs(), 0.0);
   }
@@ -59,10 +59,11 @@ void place_in_body(WorldModel& model, std::uint32_t slot) {
     const Pose& X_OS = layout.X_OS[solid];
     model.X_BS[solid] = body == slot ? X_OS : compose(objects.poses_in_body()[slot], X_OS);
     model.root_of_solid[solid] = objects[slot].root;
-    if (mover == nullptr) continue;
     const Sphere& sphere = layout.solids[solid].bounding_sphere();
+    model.sphere_B[solid] = {transform(model.X_BS[solid], sphere.centre), sphere.radius};
+    if (mover == nullptr) continue;
     double& radius = mover->radius_of_link[objects[body].link];
-    radius = std::max(radius, norm(transform(model.X_BS[solid], sphere.centre)) + sphere.radius);
+    radius = std::max(radius, norm(model.sphere_B[solid].centre) + sphere.radius);
   }
   model.paths[slot] = CarriedPath(RigidPath(objects[slot].X_WO), objects.poses_in_body());
   if (const std::uint32_t root = objects[slot].root; root != slot)  // whose path is to know this slot, too
@@ -117,13 +118,12 @@ void take_room(WorldModel& model, bool anew) {
   model.rides.take_room(slots, anew);
   reserve_more(model.members, slots);
   // A place for each solid, and both for how far each travels.
-  resize_more(model.from, solids), resize_more(model.X_BS, solids);
+  resize_more(model.from, solids), resize_more(model.X_BS, solids), resize_more(model.sphere_B, solids);
   resize_more(model.root_of_solid, solids);
   Travels& travels = model.travels;
   for (GrowingList<double>* values : {&travels.of_solid, &travels.solid_limit, &travels.last_solid,
                                       &travels.planned_solid, &travels.needed})
     size(*values, solids, 0.0);
-  size(travels.imminent_solid, solids, kInfinity);
   for (GrowingList<double>* values :
        {&travels.of_object, &travels.last_object, &travels.object_limit, &travels.needed_object})
     size(*values, slots, 0.0);
@@ -185,7 +185,6 @@ void begin_object(WorldModel& model, std::uint32_t slot) {
     for (GrowingList<double>* values : {&travels.of_solid, &travels.solid_limit, &travels.last_solid,
                                         &travels.planned_solid, &travels.needed})
       (*values)[i] = 0.0;
-    travels.imminent_solid[i] = kInfinity;
   }
   change_body(model, slot);
   place_solids(model, slot);

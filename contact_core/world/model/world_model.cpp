@@ -131,16 +131,28 @@ std::pair<MovingSolid, MovingSolid> WorldModel::seen_from_earlier_link(const Sol
 }
 
 double WorldModel::travel_on(const MechanismMover& mover, SolidIndex solid) const {
-  const Sphere& sphere = layout.solids[solid].bounding_sphere();
-  return travel_on(mover, layout.slot_of[solid], {transform(X_BS[solid], sphere.centre), sphere.radius});
+  return travel_on(mover, layout.slot_of[solid], sphere_B[solid]);
 }
 
-double WorldModel::travel_on(const MechanismMover& mover, std::uint32_t slot, const Sphere& sphere_B) const {
+void WorldModel::measure_travels(const MechanismMover& mover, std::uint32_t slot,
+                                 GrowingList<double>& out) const {
+  if (layout.levels[slot] != nullptr || rides.find(objects[slot].root) != nullptr) {
+    for_each_solid_of(slot, [&](SolidIndex solid) { out[solid] = travel_on(mover, solid); });
+    return;
+  }
+  const SolidIndex first = layout.first_solid[slot], count = layout.first_solid[slot + 1] - first;
+  if (count == 0) return;
+  const std::span<double> speeds(&out[first], count);
+  mover.path.speed_bounds(link_of(slot), {&sphere_B[first], count}, speeds);
+  for (double& speed : speeds) speed *= kUp;
+}
+
+double WorldModel::travel_on(const MechanismMover& mover, std::uint32_t slot, const Sphere& within_B) const {
   const std::uint32_t link = link_of(slot);
   const Rides::Ride* ride = rides.find(objects[slot].root);
-  const Vector3& in_body = sphere_B.centre;
+  const Vector3& in_body = within_B.centre;
   return (mover.path.speed_bound(link, ride == nullptr ? in_body : transform(ride->X_LR, in_body)) +
-          mover.path.turn_bound(link) * sphere_B.radius) *
+          mover.path.turn_bound(link) * within_B.radius) *
          kUp;
 }
 
@@ -148,18 +160,22 @@ double WorldModel::travel_on(const MechanismMover& mover, std::uint32_t slot, co
 /// the joint is from the furthest of them, at most.
 void WorldModel::measure_link_travels(const MechanismMover& mover, std::vector<double>& out) const {
   const auto links = static_cast<std::uint32_t>(mover.X_WL.size());
-  for (std::uint32_t a = 0; a < links; ++a)
-    for (std::uint32_t b = a + 1; b < links; ++b) {
-      double travel = 0.0;
-      for (std::uint32_t k = 0; k < mover.actual.size(); ++k) {
-        const int turn = mover.frame.sign(k, b, a);
-        if (turn == 0) continue;
-        const std::uint32_t outer = turn > 0 ? b : a;
-        travel += std::abs(mover.path.to()[k] - mover.path.from()[k]) *
-                  mover.frame.furthest(k, outer, mover.radius_of_link[outer]);
-      }
-      out[mover.first_link_pair + a * links + b] = travel * kUp;
-    }
+  const auto for_each_pair = [&](auto visit) {
+    for (std::uint32_t a = 0; a < links; ++a)
+      for (std::uint32_t b = a + 1; b < links; ++b) visit(a, b, out[mover.first_link_pair + a * links + b]);
+  };
+  for_each_pair([](std::uint32_t, std::uint32_t, double& travel) { travel = 0.0; });
+  for (std::uint32_t k = 0; k < mover.actual.size(); ++k) {
+    const double change = std::abs(mover.path.to()[k] - mover.path.from()[k]);
+    if (change == 0.0) continue;
+    for_each_pair([&](std::uint32_t a, std::uint32_t b, double& travel) {
+      const int turn = mover.frame.sign(k, b, a);
+      if (turn == 0) return;
+      const std::uint32_t outer = turn > 0 ? b : a;
+      travel += change * mover.frame.furthest(k, outer, mover.radius_of_link[outer]);
+    });
+  }
+  for_each_pair([](std::uint32_t, std::uint32_t, double& travel) { travel *= kUp; });
 }
 
 namespace {
@@ -226,7 +242,8 @@ void find_impact_of(const WorldModel& model, NarrowphaseQuery& query, WatchedPai
     query.expect(pair.solids, model.from[pair.solids.a], model.from[pair.solids.b], *start);
   pair.impact = impact_of(model, query, pair, until);
   query.expect_nothing();
-  watch.clear_until = pair.clear_until;
+  // What was known before holds still, and may be more by rounding.
+  watch.clear_until = std::max(watch.clear_until, pair.clear_until);
   if (pair.impact.queries > 0) watch.axis_W = pair.impact.geometry.n_AB_W;
 }
 

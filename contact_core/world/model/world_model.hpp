@@ -47,6 +47,7 @@ struct WorldModel {
   GrowingList<std::uint8_t> in_motion;       // by slot; a root's
   GrowingList<Pose> from;                    // by solid; where one is closed (see open) as it stood then
   GrowingList<Pose> X_BS;                    // by solid, in its body; of mechanisms' solids
+  GrowingList<Sphere> sphere_B;              // by solid, its bounding sphere in its body
   GrowingList<std::uint32_t> root_of_solid;  // objects' own, which lie further apart in memory
   GrowingList<std::pair<std::uint32_t, std::uint32_t>> members;  // (root, object by slot), sorted
   GrowingList<std::uint32_t> member_root;                        // by slot: its root in members, or none
@@ -151,8 +152,10 @@ struct WorldModel {
   }
   /// No point of the solid goes further than this on the mechanism's path [m].
   double travel_on(const MechanismMover& mover, SolidIndex solid) const;
+  /// The same of all of the slot's solids that have to be looked at: `out` by solid.
+  void measure_travels(const MechanismMover& mover, std::uint32_t slot, GrowingList<double>& out) const;
   /// The same of all that is within a sphere in the slot's body.
-  double travel_on(const MechanismMover& mover, std::uint32_t slot, const Sphere& sphere_B) const;
+  double travel_on(const MechanismMover& mover, std::uint32_t slot, const Sphere& within_B) const;
   /// The same of each two links relative to each other: `out` by Travels::of_link_pair.
   void measure_link_travels(const MechanismMover& mover, std::vector<double>& out) const;
   double travelled(const SolidPair& pair, std::uint32_t link_pair) const {

@@ -9,16 +9,29 @@ namespace touchstone {
 
 void PairWatch::reserve(std::size_t pairs) {
   reserve_more(pairs_, pairs), reserve_more(links_, 2 * pairs), reserve_more(free_, pairs);
+  reserve_more(group_of_, pairs), reserve_more(in_group_, pairs);
 }
 
 void PairWatch::set_solids(std::size_t solids) {
-  if (solids != first_.size()) resize_more(first_, solids, kNoIndex);
+  if (solids == first_.size()) return;
+  resize_more(first_, solids, kNoIndex), resize_more(group_of_solid_, solids, kNoIndex);
+  reserve_more(groups_, solids + group_of_link_pair_.size() + 1);
+}
+
+void PairWatch::set_link_pairs(std::size_t count) {
+  if (count <= group_of_link_pair_.size()) return;
+  resize_more(group_of_link_pair_, count, kNoIndex);
+  reserve_more(groups_, group_of_solid_.size() + count + 1);
 }
 
 void PairWatch::clear() {
   pairs_.clear(), links_.clear(), free_.clear();
   std::fill(first_.begin(), first_.end(), kNoIndex);
   count_ = 0;
+  groups_.clear(), group_of_.clear(), in_group_.clear();
+  for (GrowingList<std::uint32_t>* of : {&group_of_solid_, &group_of_link_pair_})
+    std::fill(of->begin(), of->end(), kNoIndex);
+  group_of_two_movers_ = kNoIndex;
 }
 
 void PairWatch::put_in(std::uint32_t place, SolidIndex solid) {
@@ -39,6 +52,7 @@ std::uint32_t PairWatch::add(const WatchedPair& pair) {
   if (free_.empty()) {
     pairs_.push_back(pair);
     links_.resize(2 * pairs_.size());
+    group_of_.push_back(kNoIndex), in_group_.push_back({kNoIndex, kNoIndex});
   } else {
     index = free_.back();
     free_.pop_back();
@@ -50,7 +64,54 @@ std::uint32_t PairWatch::add(const WatchedPair& pair) {
   return index;
 }
 
+std::uint32_t PairWatch::add_of_arm(const WatchedPair& pair, SolidIndex moving) {
+  const std::uint32_t index = add(pair);
+  put_in_group(index, group_for(pair, moving));
+  return index;
+}
+
+void PairWatch::note_moves(SolidIndex solid) {
+  for_each_of(solid, [&](std::uint32_t index) {
+    if (group_of_[index] == kNoIndex || pairs_[index].link_pair != kNoLinkPair) return;
+    take_out_of_group(index);
+    put_in_group(index, group_for(pairs_[index], kNoIndex));
+  });
+}
+
+void PairWatch::put_in_group(std::uint32_t index, std::uint32_t place) {
+  ArmGroup& group = groups_[place];
+  const double clear_until = pairs_[index].clear_until;
+  group_of_[index] = place;
+  in_group_[index] = {group.first, kNoIndex};
+  if (group.first != kNoIndex) in_group_[group.first].previous = index;
+  if (!group.travels_apart)
+    group.least_clear = group.first == kNoIndex ? clear_until : std::min(group.least_clear, clear_until);
+  group.first = index;
+}
+
+std::uint32_t PairWatch::group_for(const WatchedPair& pair, SolidIndex moving) {
+  if (pair.link_pair != kNoLinkPair) set_link_pairs(pair.link_pair + 1);
+  std::uint32_t& place = pair.link_pair != kNoLinkPair ? group_of_link_pair_[pair.link_pair]
+                         : moving != kNoIndex          ? group_of_solid_[moving]
+                                                       : group_of_two_movers_;
+  if (place == kNoIndex) {
+    place = static_cast<std::uint32_t>(groups_.size());
+    groups_.emplace_back();
+    groups_.back().travels_apart = pair.link_pair == kNoLinkPair && moving == kNoIndex;
+  }
+  return place;
+}
+
+void PairWatch::take_out_of_group(std::uint32_t index) {
+  if (group_of_[index] == kNoIndex) return;
+  const auto [next, previous] = in_group_[index];
+  if (next != kNoIndex) in_group_[next].previous = previous;
+  (previous != kNoIndex ? in_group_[previous].next : groups_[group_of_[index]].first) = next;
+  group_of_[index] = kNoIndex;
+}
+
 void PairWatch::remove(std::uint32_t index) {
+  take_out_of_group(index);
   take_out(2 * index, pairs_[index].a);
   take_out(2 * index + 1, pairs_[index].b);
   pairs_[index] = {0, 0, kNoLinkPair, kForever};

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -36,11 +37,18 @@ class PairWatch {
   void reserve(std::size_t pairs);
   /// From now on solids below this may be named; those there are keep their pairs.
   void set_solids(std::size_t solids);
+  /// The same of pairs of links.
+  void set_link_pairs(std::size_t count);
   /// No pairs.
   void clear();
 
   /// @pre a < b; the two are not watched yet. @returns its index.
   std::uint32_t add(const WatchedPair& pair);
+  /// The same of a pair with a solid of an arm. @param moving the one whose travel alone counts, as that of
+  /// the other is 0; kNoIndex: of two links, or both may move.
+  std::uint32_t add_of_arm(const WatchedPair& pair, SolidIndex moving);
+  /// The solid, of no arm, begins to move: in its pairs with arms both may from now on.
+  void note_moves(SolidIndex solid);
   void remove(std::uint32_t index);
   /// kNoIndex: not watched.
   std::uint32_t find(const SolidPair& pair) const;
@@ -64,12 +72,43 @@ class PairWatch {
     }
   }
 
+  /// Calls visit(index) for each pair of an arm that has gone further than it is clear, in no order. An arm
+  /// has many pairs, of which few do: those of one solid with what stands still, and those of two links, have
+  /// gone equally far, and are looked at together. visit() may raise `clear_until`, and adds and removes
+  /// none.
+  /// @param gone gone(pair): how far it has, or may have; the same of pairs that travel alike.
+  template <class Gone, class Visit>
+  void for_each_of_arms_beyond(Gone gone, Visit visit) {
+    for (ArmGroup& group : groups_) {
+      if (group.first == kNoIndex) continue;
+      const double of_all = gone(pairs_[group.first]);
+      if (of_all <= group.least_clear) continue;
+      double least = kInfinity;
+      for (std::uint32_t index = group.first; index != kNoIndex; index = in_group_[index].next) {
+        const double& clear_until = pairs_[index].clear_until;
+        if (!((group.travels_apart ? gone(pairs_[index]) : of_all) <= clear_until)) visit(index);
+        least = std::min(least, clear_until);
+      }
+      if (!group.travels_apart) group.least_clear = least;
+    }
+  }
+
  private:
+  /// Pairs of arms that travel alike.
+  struct ArmGroup {
+    std::uint32_t first = kNoIndex;   // of its list
+    bool travels_apart = false;       // those of two movers, which do not: they are always looked at
+    double least_clear = -kInfinity;  // no pair's clear_until is less
+  };
+
   // A pair has two places, 2 index for its a and 2 index + 1 for its b, each in the list of that solid.
   struct Link {
     std::uint32_t next, previous;
   };
 
+  std::uint32_t group_for(const WatchedPair& pair, SolidIndex moving);
+  void put_in_group(std::uint32_t index, std::uint32_t place);
+  void take_out_of_group(std::uint32_t index);
   void put_in(std::uint32_t place, SolidIndex solid);
   void take_out(std::uint32_t place, SolidIndex solid);
 
@@ -80,6 +119,13 @@ class PairWatch {
   GrowingList<std::uint32_t> first_;  // by solid: a place
   GrowingList<std::uint32_t> free_;   // indices
   std::uint32_t count_ = 0;
+
+  GrowingList<ArmGroup> groups_;
+  GrowingList<std::uint32_t> group_of_;            // by index of a pair, or kNoIndex
+  GrowingList<Link> in_group_;                     // by index of a pair
+  GrowingList<std::uint32_t> group_of_solid_;      // or kNoIndex
+  GrowingList<std::uint32_t> group_of_link_pair_;  // or kNoIndex
+  std::uint32_t group_of_two_movers_ = kNoIndex;
 };
 
 }  // namespace touchstone

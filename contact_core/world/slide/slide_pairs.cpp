@@ -113,17 +113,9 @@ void SlidePairs::renumber(const PairWatch& watched) {
 }
 
 void SlidePairs::gather(const WorldModel& model, const PairWatch& watched, const Sliders& sliders,
-                        std::span<const std::uint32_t> imminent, FrameLanes& lanes) {
-  ranges_.clear();
-  // For a single arm the imminent pairs are enough.
-  if (sliders.is_one_arm()) {
-    const std::uint32_t root = sliders.list[0].root;
-    met_.clear();
-    for (const std::uint32_t i : imminent)
-      if (model.root_of(watched[i].a) == root || model.root_of(watched[i].b) == root) met_.push_back(i);
-    ranges_.push_back({root, 0, static_cast<std::uint32_t>(met_.size())});
-    return;
-  }
+                        FrameLanes& lanes) {
+  ranges_.clear(), met_.clear();
+  if (sliders.is_one_arm()) return;
   // The first pass counts each slider's pairs.
   for (const Slider& slider : sliders.list) ranges_.push_back({slider.root, 0, 0});  // by root
   lanes.for_each(ranges_.size(), kSlidersAtOnce, [&](NarrowphaseQuery&, std::size_t k) {
@@ -163,6 +155,15 @@ void SlidePairs::for_each_of(const Slider& slider, Visit visit) const {
   for (std::uint32_t i = range->begin; i < range->end; ++i) visit(met_[i]);
 }
 
+template <class Gone, class Visit>
+void SlidePairs::for_each_beyond(const Scope& scope, const Slider& arm, Gone gone, Visit visit) {
+  PairWatch& watched = scope.watched;
+  watched.for_each_of_arms_beyond(gone, [&](std::uint32_t index) {
+    const auto [a, b] = watched.solids(index);
+    if (scope.model.root_of(a) == arm.root || scope.model.root_of(b) == arm.root) visit(index);
+  });
+}
+
 /// Its index in pairs_, or kNoIndex where it is not checked.
 std::uint32_t SlidePairs::take_in(const WorldModel& model, const PairWatch& watched, std::uint32_t watch) {
   std::uint32_t& index = pair_of_[watch];
@@ -184,18 +185,27 @@ void SlidePairs::find_close(const Scope& scope) {
   WorldModel& model = scope.model;
   PairWatch& watched = scope.watched;
   FrameLanes& lanes = scope.lanes;
-  unclear_.resize(std::max(unclear_.size(), met_.size()));
+  const bool is_one_arm = scope.sliders.is_one_arm();
+  unclear_.resize(std::max(unclear_.size(), is_one_arm ? std::size_t{watched.count()} : met_.size()));
   // No path has the number 0. Where another one moves as well, none is passed by.
-  const std::uint64_t path = scope.sliders.is_one_arm() ? scope.sliders.list[0].arm->paths : 0;
+  const std::uint64_t path = is_one_arm ? scope.sliders.list[0].arm->paths : 0;
   // Lanes collect the pairs that are not clear and of which one moves.
   std::atomic<std::size_t> count{0};
+  const auto take = [&](std::uint32_t index) {
+    const WatchedPair& watch = watched[index];
+    if (model.is_clear(watch) || (path != 0 && passed_on_[index] == path)) return;
+    if (model.in_motion[model.root_of(watch.a)] || model.in_motion[model.root_of(watch.b)])
+      unclear_[count.fetch_add(1, std::memory_order_relaxed)] = {{watch.a, watch.b}, index};
+  };
+  if (is_one_arm)
+    for_each_beyond(
+        scope, scope.sliders.list[0],
+        [&](const WatchedPair& watch) {
+          return model.travelled({watch.a, watch.b}, watch.link_pair);
+        },
+        take);
   lanes.for_each(ranges_.size(), kSlidersAtOnce, [&](NarrowphaseQuery&, std::size_t k) {
-    for (std::uint32_t i = ranges_[k].begin; i < ranges_[k].end; ++i) {
-      const WatchedPair& watch = watched[met_[i]];
-      if (model.is_clear(watch) || (path != 0 && passed_on_[met_[i]] == path)) continue;
-      if (model.in_motion[model.root_of(watch.a)] || model.in_motion[model.root_of(watch.b)])
-        unclear_[count.fetch_add(1, std::memory_order_relaxed)] = {{watch.a, watch.b}, met_[i]};
-    }
+    for (std::uint32_t i = ranges_[k].begin; i < ranges_[k].end; ++i) take(met_[i]);
   });
   // Sorting makes the order independent of lanes; a pair that was found from both sides is kept once.
   const auto end = unclear_.begin() + static_cast<std::ptrdiff_t>(count);
@@ -441,7 +451,7 @@ void SlidePairs::gather_on_path(const Scope& scope, const Slider& slider) {
     return scope.sliders.list.size() > 1 ? planned + other_reach(scope, slider, {watch.a, watch.b}) : planned;
   };
   // Pairs that the plan cannot bring together, by travels or along a known axis, are left out.
-  for_each_of(slider, [&](std::uint32_t index) {
+  const auto leave_out = [&](std::uint32_t index) {
     WatchedPair& watch = scope.watched[index];
     const SolidPair pair{watch.a, watch.b};
     const double approach = approach_of(watch);
@@ -450,7 +460,14 @@ void SlidePairs::gather_on_path(const Scope& scope, const Slider& slider) {
     // Mostly it is, and its rule need not be looked up for that.
     const double standing = model.travelled(pair, watch.link_pair) * kDown;
     if (!is_apart_by_axis(model, watch, most, standing, approach)) unclear_.push_back({pair, index});
-  });
+  };
+  const auto gone_by_plan = [&](const WatchedPair& watch) {
+    return model.travelled({watch.a, watch.b}, watch.link_pair) + approach_of(watch);
+  };
+  if (scope.sliders.is_one_arm())
+    for_each_beyond(scope, slider, gone_by_plan, leave_out);
+  else
+    for_each_of(slider, leave_out);
   // The rest are taken in by solids and tried once more with the distances of their rule.
   std::sort(unclear_.begin(), unclear_.end());
   for (const GatheredPair& found : unclear_) {

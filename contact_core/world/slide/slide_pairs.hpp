@@ -43,10 +43,9 @@ class SlidePairs {
   /// its goal never grows, so that it goes no further than to the goal and as far again.
   /// @returns the slots of objects for which too few pairs are watched.
   std::span<const std::uint32_t> begin(WorldModel& model, const Sliders& sliders);
-  /// Which of the watched pairs have a slider as part. An arm alone meets only those that are imminent (see
-  /// plan_goes_beyond()); rigid bodies plan with all that they could reach. @param imminent in any order.
-  void gather(const WorldModel& model, const PairWatch& watched, const Sliders& sliders,
-              std::span<const std::uint32_t> imminent, FrameLanes& lanes);
+  /// Which of the watched pairs have a slider as part. Of an arm alone they are looked through as they are
+  /// watched (PairWatch::for_each_of_arms_beyond()).
+  void gather(const WorldModel& model, const PairWatch& watched, const Sliders& sliders, FrameLanes& lanes);
   /// Updates the indices of watched pairs, which may have changed. Before gather().
   void renumber(const PairWatch& watched);
 
@@ -108,6 +107,10 @@ class SlidePairs {
   /// Calls visit(watch) for each of a slider's pairs, by solids.
   template <class Visit>
   void for_each_of(const Slider& slider, Visit visit) const;
+  /// The same of those of an arm that may come nearer than they are known to be clear, in no order.
+  /// @param gone as in PairWatch::for_each_of_arms_beyond().
+  template <class Gone, class Visit>
+  static void for_each_beyond(const Scope& scope, const Slider& arm, Gone gone, Visit visit);
 
   GrowingList<FramePair> pairs_;          // those of the watched pairs that had to be looked at
   std::vector<std::uint32_t> met_;        // watched pairs of which a slider is part, by index; of two, twice

@@ -60,24 +60,16 @@ bool needs_more_pairs(WorldModel& model, const Slider& slider, std::uint32_t slo
   return is_more_needed;
 }
 
-bool plan_goes_beyond(WorldModel& model, const Slider& slider) {
+void measure_plan(WorldModel& model, const Slider& slider) {
   Travels& travels = model.travels;
-  bool is_beyond = false;
   model.for_each_member(slider.root, [&](std::uint32_t slot) {
-    const bool is_carried_on = model.moves(slot);
-    model.for_each_solid_of(slot, [&](SolidIndex i) {
-      const double planned = is_carried_on ? model.travel_on(*slider.arm, i) : 0.0;
-      travels.planned_solid[i] = planned;
-      is_beyond = is_beyond || !(travels.of_solid[i] + planned <= travels.imminent_solid[i]);
-    });
+    if (model.moves(slot))
+      model.measure_travels(*slider.arm, slot, travels.planned_solid);
+    else
+      model.for_each_solid_of(slot, [&](SolidIndex solid) { travels.planned_solid[solid] = 0.0; });
   });
   model.measure_link_travels(*slider.arm, travels.planned_link_pair);
   slider.arm->planned_path = slider.arm->paths, slider.arm->planned_after = travels.clearings;
-  const std::size_t links = slider.arm->X_WL.size(), first_link_pair = slider.arm->first_link_pair;
-  for (std::size_t k = first_link_pair; k < first_link_pair + links * links; ++k)
-    is_beyond = is_beyond ||
-                !(travels.of_link_pair[k] + travels.planned_link_pair[k] <= travels.imminent_link_pair[k]);
-  return is_beyond;
 }
 
 }  // namespace touchstone

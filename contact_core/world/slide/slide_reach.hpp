@@ -25,8 +25,7 @@ double reach_of_pair(const WorldModel& model, const Slider& slider, const SolidP
 /// be watched, into the travels.
 bool needs_more_pairs(WorldModel& model, const Slider& slider, std::uint32_t slot);
 
-/// Writes how far the path that an arm has laid takes each solid, into the travels' plan. @returns whether
-/// that is further than the imminent pairs were chosen for: then there is more to meet.
-bool plan_goes_beyond(WorldModel& model, const Slider& slider);
+/// Writes how far the path that an arm has laid takes each solid, into the travels' plan.
+void measure_plan(WorldModel& model, const Slider& slider);
 
 }  // namespace touchstone

@@ -72,8 +72,7 @@ bool may_pivot(const WorldModel& model, const StopPermits& permits, std::uint32_
 
 double longest_lever(double gap) { return gap / (16.0 * 8.0 * kUnitRoundoff); }
 
-/// Pairs for an arm's plan, from the slides' pairs; where a plan goes further than the imminent pairs reach
-/// these are chosen anew.
+/// Pairs for an arm's plan, from the slides' pairs.
 class Slides::ObstaclesOfArm final : public ArmObstacles {
  public:
   ObstaclesOfArm(Slides& slides, const FrameScope& scope, const Slider& slider)
@@ -83,10 +82,7 @@ class Slides::ObstaclesOfArm final : public ArmObstacles {
   void take_up_standing() override { pairs().find_near(slides_.pair_scope(scope_), slider_); }
   bool take_up_held() override { return pairs().add_held(slides_.pair_scope(scope_), slider_); }
   bool take_up_on_path() override {
-    if (plan_goes_beyond(scope_.model, slider_) && slides_.sliders_.list.size() == 1) {
-      scope_.watched.choose_imminent(scope_.model);
-      slides_.gather_pairs(scope_);
-    }
+    measure_plan(scope_.model, slider_);
     return pairs().add_on_path(slides_.pair_scope(scope_), slider_);
   }
   bool is_over() const override { return slides_.meter_.is_over(); }
@@ -284,21 +280,16 @@ void Slides::find_pairs(const FrameScope& scope) {
 }
 
 void Slides::gather_pairs(const FrameScope& scope) {
-  WatchedPairs& watched = scope.watched;
-  if (sliders_.is_one_arm() && watched.needs_imminent()) watched.choose_imminent(scope.model);
-  pairs_.gather(scope.model, watched.pairs(), sliders_, watched.imminent(), scope.lanes);
+  pairs_.gather(scope.model, scope.watched.pairs(), sliders_, scope.lanes);
 }
 
 /// Once paths are laid: those that go further than was looked ahead for have more to meet.
 void Slides::take_up_pairs(const FrameScope& scope) {
   WatchedPairs& watched = scope.watched;
-  if (watched.is_due()) {
-    watched.update(scope.model, scope.broadphase);
-    pairs_.renumber(watched.pairs());
-    gather_pairs(scope);
-  } else if (watched.needs_imminent() && sliders_.is_one_arm()) {
-    gather_pairs(scope);
-  }
+  if (!watched.is_due()) return;
+  watched.update(scope.model, scope.broadphase);
+  pairs_.renumber(watched.pairs());
+  gather_pairs(scope);
 }
 
 /// Those whose own budget is spent stand where their last sub-step led.

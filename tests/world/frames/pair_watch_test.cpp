@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/tests/support/random.hpp"
@@ -52,6 +53,47 @@ TEST(PairWatch, PairsOfASolidMayBeRemovedWhileTheyAreVisited) {
   watch.for_each_of(0, [&](std::uint32_t index) { watch.remove(index); });
   EXPECT_EQ(watch.count(), 1u);
   EXPECT_NE(watch.find({3, 4}), kNoIndex);
+}
+
+// Pairs of 6 solids with what stands, of 4 pairs of links and of two movers come, go, travel and get new
+// room.
+TEST(PairWatch, FindsPairsOfArmsThatWentFurtherThanTheyAreClear) {
+  constexpr std::uint32_t kMoving = 6, kLinkPairs = 4;
+  Random random(5);
+  PairWatch watch;
+  watch.set_solids(60);
+  std::set<std::uint32_t> group;  // of those that are here
+  std::vector<double> gone(kMoving + kLinkPairs + 1, 0.0);
+  std::set<SolidIndex> moved;  // of those that stood: they have gone ahead by 5
+  const auto gone_of = [&](const WatchedPair& pair) {
+    return gone[pair.a] + (pair.link_pair == kNoLinkPair && moved.contains(pair.b) ? 5.0 : 0.0);
+  };
+  std::size_t visits = 0, here = 0;
+  for (int frame = 0; frame < 3000; ++frame) {
+    const SolidIndex a = random.below(kMoving + kLinkPairs + 1), b = 20 + random.below(40);
+    const std::uint32_t link_pair = a < kMoving || a == kMoving + kLinkPairs ? kNoLinkPair : a - kMoving;
+    if (const std::uint32_t index = watch.find({a, b}); index != kNoIndex)
+      watch.remove(index), group.erase(index);
+    else
+      group.insert(
+          watch.add_of_arm({a, b, link_pair, kNotKnown}, a < kMoving && !moved.contains(b) ? a : kNoIndex));
+    for (double& travelled : gone) travelled += 0.01 * random.below(100) / 100.0;
+    if (frame % 1000 == 999) moved.insert(20 + frame / 100), watch.note_moves(20 + frame / 100);
+    std::set<std::uint32_t> visited;
+    watch.for_each_of_arms_beyond(gone_of,
+                                  [&](std::uint32_t index) { EXPECT_TRUE(visited.insert(index).second); });
+    for (const std::uint32_t index : group) {
+      if (gone_of(watch[index]) <= watch[index].clear_until) continue;
+      EXPECT_TRUE(visited.contains(index));
+      watch[index].clear_until = gone_of(watch[index]) + 1.0 + random.below(100) / 100.0;
+    }
+    for (const std::uint32_t index : visited) EXPECT_TRUE(group.contains(index));
+    visits += visited.size(), here += group.size();
+  }
+  EXPECT_LT(visits, here / 2);
+  watch.clear();
+  watch.for_each_of_arms_beyond([](const WatchedPair&) { return kInfinity; },
+                                [](std::uint32_t) { ADD_FAILURE() << "none is left"; });
 }
 
 }  // namespace

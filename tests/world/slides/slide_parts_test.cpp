@@ -384,8 +384,8 @@ struct Row {
     }
     model.stops.assign(count, 1.0), model.in_motion.assign(count, 0), model.rides.take_room(count, true);
     Travels& travels = model.travels;
-    for (GrowingList<double>* values : {&travels.of_solid, &travels.solid_limit, &travels.imminent_solid,
-                                        &travels.last_solid, &travels.planned_solid, &travels.needed})
+    for (GrowingList<double>* values : {&travels.of_solid, &travels.solid_limit, &travels.last_solid,
+                                        &travels.planned_solid, &travels.needed})
       values->assign(count, 0.0);
     travels.vertices.resize(count), travels.has_vertices.assign(count, 0);
     sliders.index_of.assign(count, kNoIndex);
@@ -412,7 +412,7 @@ TEST(SlidePairs, FindWhatASliderCouldReach) {
   EXPECT_EQ(std::vector(wanting.begin(), wanting.end()), std::vector<std::uint32_t>{0});
   EXPECT_GT(row.model.travels.needed[0], 2.0);
   row.pairs.renumber(row.watched);
-  row.pairs.gather(row.model, row.watched, row.sliders, {}, row.lanes);
+  row.pairs.gather(row.model, row.watched, row.sliders, row.lanes);
   row.pairs.find_near(row.scope(), row.sliders.list[0]);
   ASSERT_EQ(row.pairs.near().size(), 1u);
   const NearPair& near = row.pairs.near()[0];
@@ -430,7 +430,7 @@ TEST(SlidePairs, StopWhatIsLaidAndKeepWhatTheyLearn) {
   Row row({0.0, 1.5, -40.0});
   row.slide_by(1.0);
   row.pairs.renumber(row.watched);
-  row.pairs.gather(row.model, row.watched, row.sliders, {}, row.lanes);
+  row.pairs.gather(row.model, row.watched, row.sliders, row.lanes);
   row.model.paths[0] =
       CarriedPath(RigidPath::between(row.model.from[0], at(1, 0, 0)), row.model.objects.poses_in_body());
   row.model.in_motion[0] = 1;
@@ -452,7 +452,7 @@ TEST(SlidePairs, LookOnlyAsFarAsTheNearestLetsThem) {
   Row row({0.0, 3.0, 1.5});
   row.slide_by(4.0);
   row.pairs.renumber(row.watched);
-  row.pairs.gather(row.model, row.watched, row.sliders, {}, row.lanes);
+  row.pairs.gather(row.model, row.watched, row.sliders, row.lanes);
   row.model.paths[0] =
       CarriedPath(RigidPath::between(row.model.from[0], at(4, 0, 0)), row.model.objects.poses_in_body());
   row.model.in_motion[0] = 1;
@@ -473,7 +473,7 @@ TEST(SlidePairs, FindTheirPairsAgainUnderOtherIndices) {
   Row row({0.0, 1.5, -1.5});
   row.slide_by(1.0);
   row.pairs.renumber(row.watched);
-  row.pairs.gather(row.model, row.watched, row.sliders, {}, row.lanes);
+  row.pairs.gather(row.model, row.watched, row.sliders, row.lanes);
   row.pairs.find_near(row.scope(), row.sliders.list[0]);
   ASSERT_EQ(row.pairs.pairs().size(), 2u);
   row.watched.clear(), row.watched.set_solids(3);
