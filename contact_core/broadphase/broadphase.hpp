@@ -106,6 +106,17 @@ class Broadphase {
     return false;
   }
 
+  /// Appends to `out` all pairs of find_pairs(), each once with a < b, in an order in which those that follow
+  /// one another are near each other, where a broadphase knows one: a narrowphase that is asked in this order
+  /// finds more of what it reads in the caches, and sorting is saved. The same order for the same calls since
+  /// build(), on any number of threads. Returns false, and appends nothing, where a broadphase has nothing
+  /// quicker than find_pairs(). Allocates only where `out` has no room. Not concurrent with update(),
+  /// find_pairs() or itself.
+  virtual bool find_pairs_by_place(std::vector<SolidPair>& out) noexcept {
+    static_cast<void>(out);
+    return false;
+  }
+
   /// Writes the next candidate pairs, a < b, strictly ascending through the whole sweep, into `block` and
   /// advances the cursor. Returns how many were written; cursor.done is set when none are left. Never misses
   /// a pair whose solids are within `margin`; block size does not change the sequence. To stop at the first

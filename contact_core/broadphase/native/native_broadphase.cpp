@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "touchstone/contact_core/broadphase/native/object_pairs.hpp"
+#include "touchstone/contact_core/broadphase/native/pair_sort.hpp"
 #include "touchstone/contact_core/broadphase/register_broadphases.hpp"
 #include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/memory/growing_list.hpp"
@@ -51,14 +52,9 @@ class Scene {
   void find_moved_pairs(std::vector<SolidPair>& out) noexcept {
     const auto first = static_cast<std::ptrdiff_t>(out.size());
     if (all_moved_) {
-      std::array<SolidPair, 256> block;
-      for (PairCursor cursor; !cursor.done;) {
-        const std::size_t count = find_pairs(cursor, block);
-        out.insert(out.end(), block.begin(), block.begin() + static_cast<std::ptrdiff_t>(count));
-      }
+      append_all_pairs(out);
       return;
     }
-    forest_.sort_by_place(moved_);
     for (const std::uint32_t object : moved_)
       forest_.for_each_partner(object, 0, [&](std::uint32_t other) {
         // Of two that moved, the lower one is asked.
@@ -66,19 +62,26 @@ class Scene {
           append_pairs(std::min(object, other), std::max(object, other), out);
         return true;
       });
-    std::sort(out.begin() + first, out.end());
+    sort_pairs(std::span(out).subspan(static_cast<std::size_t>(first)), pair_scratch_);
+  }
+
+  void find_pairs_by_place(std::vector<SolidPair>& out) noexcept {
+    if (!bounds_.are_single() || !object_pairs_.append_by_place(out)) append_all_pairs(out);
   }
 
   void update(std::span<const Pose> poses, std::span<const std::uint32_t> moved) noexcept {
     const bool all = !is_placed_ || bounds_.on_paths();
     if (all) bounds_.start_poses();
-    take(all, moved, [&](std::uint32_t object) { bounds_.place(object, poses); });
+    take(
+        all, moved, [&](std::uint32_t object) { bounds_.place(object, poses); },
+        [&](std::uint32_t object) { bounds_.prefetch(object, poses); });
   }
 
   void update_paths(const SolidPaths& paths, std::span<const std::uint32_t> moved) noexcept {
     const bool all = !is_placed_ || !bounds_.on_paths();
     if (all) bounds_.start_paths();
-    take(all, moved, [&](std::uint32_t object) { bounds_.place_path(object, paths); });
+    take(
+        all, moved, [&](std::uint32_t object) { bounds_.place_path(object, paths); }, [](std::uint32_t) {});
   }
 
   std::size_t find_pairs(PairCursor& cursor, std::span<SolidPair> block) noexcept {
@@ -106,38 +109,41 @@ class Scene {
   void take_room() {
     reserve_more(partners_, bounds_.solids());
     for (std::vector<std::uint32_t>* list : {&others_, &moved_}) reserve_more(*list, bounds_.objects());
+    reserve_more(place_keys_, bounds_.objects()), reserve_more(pair_scratch_, bounds_.objects());
     if (is_moved_.size() < bounds_.objects()) resize_more(is_moved_, bounds_.objects());
   }
 
-  template <class Place>
-  void take(bool all, std::span<const std::uint32_t> moved, const Place& place_object) noexcept {
+  template <class Place, class Prefetch>
+  void take(bool all, std::span<const std::uint32_t> moved, const Place& place_object,
+            const Prefetch& prefetch_object) noexcept {
     gathered_ = others_of_ = kNoIndex;
     note_moved(all, moved);
     if (all) {
       is_placed_ = true;
-      place_all(
-          bounds_.objects(), [](std::size_t i) { return static_cast<std::uint32_t>(i); }, place_object);
+      place_all(bounds_.objects(), [&](std::size_t i) { place_object(static_cast<std::uint32_t>(i)); });
       forest_.update_all();
       object_pairs_.forget();
       return;
     }
-    object_pairs_.forget(moved);
-    if (moved.empty()) return;
-    // Each object must be placed by one thread.
-    if (std::is_sorted(moved.begin(), moved.end(), std::less_equal<>()))
-      place_all(
-          moved.size(), [&](std::size_t i) { return moved[i]; }, place_object);
-    else
-      for (std::uint32_t object : moved) place_object(object);
-    forest_.update(moved);
+    object_pairs_.forget(moved_);
+    if (moved_.empty()) return;
+    // Few are taken in the order of their places in the trees, which is none of the objects in memory.
+    constexpr std::size_t kAhead = 8;
+    const bool few = moved_.size() <= bounds_.objects() / ObjectForest::kFew;
+    if (few) forest_.sort_by_place(moved_, place_keys_);
+    place_all(moved_.size(), [&](std::size_t i) {
+      if (few && i + kAhead < moved_.size()) prefetch_object(moved_[i + kAhead]);
+      place_object(moved_[i]);
+    });
+    forest_.update(moved_);
   }
 
-  template <class ObjectAt, class Place>
-  void place_all(std::size_t count, ObjectAt object_at, const Place& place_object) noexcept {
+  /// Calls place_at(0) ... place_at(count - 1).
+  template <class PlaceAt>
+  void place_all(std::size_t count, const PlaceAt& place_at) noexcept {
     constexpr std::size_t kChunk = 2048;
     auto chunk = [&](std::size_t task) {
-      for (std::size_t i = task * kChunk; i < std::min(count, (task + 1) * kChunk); ++i)
-        place_object(object_at(i));
+      for (std::size_t i = task * kChunk; i < std::min(count, (task + 1) * kChunk); ++i) place_at(i);
     };
     run_tasks(threads_, (count + kChunk - 1) / kChunk, chunk);
   }
@@ -149,6 +155,14 @@ class Scene {
     if (all) return;
     for (const std::uint32_t object : moved)
       if (std::exchange(is_moved_[object], 1) == 0) moved_.push_back(object);
+  }
+
+  void append_all_pairs(std::vector<SolidPair>& out) noexcept {
+    std::array<SolidPair, 256> block;
+    for (PairCursor cursor; !cursor.done;) {
+      const std::size_t count = find_pairs(cursor, block);
+      out.insert(out.end(), block.begin(), block.begin() + static_cast<std::ptrdiff_t>(count));
+    }
   }
 
   /// Of the solids of two objects, as find_pairs() pairs them.
@@ -220,6 +234,8 @@ class Scene {
   // By the last update: all objects, or these, each once.
   bool all_moved_ = true;
   std::vector<std::uint32_t> moved_;
+  std::vector<std::uint64_t> place_keys_;
+  std::vector<SolidPair> pair_scratch_;
   GrowingList<std::uint8_t> is_moved_;  // by object
 };
 
@@ -245,6 +261,11 @@ class Native final : public Broadphase {
 
   bool find_moved_pairs(std::vector<SolidPair>& out) noexcept override {
     scene_->find_moved_pairs(out);
+    return true;
+  }
+
+  bool find_pairs_by_place(std::vector<SolidPair>& out) noexcept override {
+    scene_->find_pairs_by_place(out);
     return true;
   }
 

@@ -21,6 +21,7 @@ ObjectForest::ObjectForest(const SolidBounds& bounds, TaskRunner* threads)
     trees_[i].now.tree = ObjectTree(members[i]);
     reserve(trees_[i]);
   }
+  grid_.reserve(bounds.objects());
 }
 
 /// For as many slots as there are; and for its renewal, unless that has begun with what it needs.
@@ -35,11 +36,14 @@ void ObjectForest::reserve(Tree& tree) {
 
 void ObjectForest::erase(std::uint32_t object, bool was_static) {
   Tree& tree = trees_[was_static ? kStatic : kMoving];
+  grid_.note_changes();
   tree.now.tree.erase(tree.now.slot_of[object]);
   tree.renewal.note_gone(object);
 }
 
 void ObjectForest::insert(std::uint32_t object) {
+  grid_.reserve(bounds_.objects());
+  grid_.note_changes();
   for (Tree& tree : trees_)
     if (object >= tree.now.slot_of.size()) resize_more(tree.now.slot_of, object + 1);
   Tree& tree = trees_[tree_of(object)];
@@ -57,6 +61,7 @@ void ObjectForest::insert(std::uint32_t object) {
 }
 
 void ObjectForest::update_all() noexcept {
+  has_grid_ = false;
   for (int i = 0; i < kTrees; ++i) sort(i);
   is_sorted_ = true;
   for (Tree& tree : trees_) refit(tree);
@@ -98,9 +103,13 @@ void ObjectForest::refit(Tree& tree) noexcept {
   tree.now.tree.refit(frame_, box_of, threads_);
 }
 
-void ObjectForest::sort_by_place(std::span<std::uint32_t> objects) const noexcept {
-  std::sort(objects.begin(), objects.end(),
-            [this](std::uint32_t a, std::uint32_t b) { return slot_of(a) < slot_of(b); });
+void ObjectForest::sort_by_place(std::span<std::uint32_t> objects,
+                                 std::vector<std::uint64_t>& keys) const noexcept {
+  keys.clear();
+  for (const std::uint32_t object : objects)
+    keys.push_back(std::uint64_t{bounds_.is_gone(object) ? 0 : slot_of(object)} << 32 | object);
+  std::sort(keys.begin(), keys.end());
+  for (std::size_t i = 0; i < keys.size(); ++i) objects[i] = static_cast<std::uint32_t>(keys[i]);
 }
 
 // Sorting costs about as much as refitting; a tree whose objects have all moved once since is due. Where few
@@ -109,6 +118,10 @@ void ObjectForest::update(std::span<const std::uint32_t> moved) noexcept {
   // Moves are counted by tree.
   std::size_t moves[kTrees] = {};
   for (std::uint32_t object : moved) ++moves[tree_of(object)];
+  // Where many move, the grid may do without trees, static objects among its own unless they are too many.
+  const std::uint32_t moving = trees_[kMoving].now.tree.size();
+  has_grid_ = moves[kMoving] > moving / kFew && !bounds_.on_paths() &&
+              trees_[kStatic].now.tree.size() <= moving && grid_.build(bounds_, threads_);
   // Each tree is sorted anew, refitted, or updated object by object.
   bool one_by_one[kTrees];
   for (int i = 0; i < kTrees; ++i) {
@@ -117,6 +130,11 @@ void ObjectForest::update(std::span<const std::uint32_t> moved) noexcept {
     moves[i] += tree.new_moves;
     tree.moves_since_sort += moves[i];
     tree.new_moves = 0;
+    if (has_grid_ && i == kMoving) {
+      tree.renewal.stop();
+      tree.is_void = true, one_by_one[i] = false;
+      continue;
+    }
     const bool is_due = moves[i] > 0 && tree.moves_since_sort >= tree.now.tree.size();
     const bool renews = few && (tree.renewal.is_under_way() || tree.renewal.can_begin(tree.now.tree));
     const bool resort = tree.is_void || (is_due && !renews);
@@ -125,15 +143,26 @@ void ObjectForest::update(std::span<const std::uint32_t> moved) noexcept {
     if (!one_by_one[i]) tree.renewal.stop(), refit(tree);
   }
   // Objects are placed one by one in trees of which few objects moved.
-  for (std::uint32_t object : moved) {
+  if (one_by_one[kMoving] || one_by_one[kStatic]) place_one_by_one(moved, one_by_one);
+  // Such trees also go on with their renewal.
+  for (int i = 0; i < kTrees; ++i)
+    if (one_by_one[i] && moves[i] > 0) renew(i, moves[i]);
+}
+
+void ObjectForest::place_one_by_one(std::span<const std::uint32_t> moved,
+                                    const bool (&one_by_one)[kTrees]) noexcept {
+  constexpr std::size_t kAhead = 8;
+  for (std::size_t i = 0; i < moved.size(); ++i) {
+    if (i + kAhead < moved.size()) {
+      const std::uint32_t next = moved[i + kAhead];
+      if (!bounds_.is_gone(next)) trees_[tree_of(next)].now.prefetch(next);
+    }
+    const std::uint32_t object = moved[i];
     Tree& tree = trees_[tree_of(object)];
     if (!one_by_one[tree_of(object)] || bounds_.is_gone(object)) continue;
     tree.now.place(object, bounds_);
     tree.renewal.note_moved(object, bounds_);
   }
-  // Such trees also go on with their renewal.
-  for (int i = 0; i < kTrees; ++i)
-    if (one_by_one[i] && moves[i] > 0) renew(i, moves[i]);
 }
 
 void ObjectForest::renew(int i, std::size_t moves) noexcept {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "touchstone/contact_core/broadphase/native/object_grid.hpp"
 #include "touchstone/contact_core/broadphase/native/solid_bounds.hpp"
 #include "touchstone/contact_core/broadphase/native/tree_join.hpp"
 #include "touchstone/contact_core/broadphase/native/tree_renewal.hpp"
@@ -7,7 +8,8 @@
 namespace touchstone {
 
 /// The trees over a scene's objects: moving and static ones have one each, so that static ones are neither
-/// refitted nor paired with each other.
+/// refitted nor paired with each other. After an update in which many move, a grid over all objects may stand
+/// in for them, until few do: making it anew costs less than sorting and refitting a tree.
 class ObjectForest {
  public:
   static constexpr int kMoving = 0, kStatic = 1;
@@ -25,6 +27,8 @@ class ObjectForest {
   const ObjectTree& tree(int i) const { return trees_[i].now.tree; }
   /// The sphere of the object in a slot of a tree.
   const Sphere& sphere_at(int i, std::uint32_t slot) const { return trees_[i].now.sphere_at[slot]; }
+  /// The grid while it stands in for the trees, which are void then; else null.
+  const ObjectGrid* grid() const { return has_grid_ ? &grid_ : nullptr; }
   /// How often a tree was sorted within one update, and how often one was renewed by shares.
   std::size_t sorts() const { return sorts_; }
   std::size_t renewals() const { return renewals_; }
@@ -40,18 +44,23 @@ class ObjectForest {
   void update(std::span<const std::uint32_t> moved) noexcept;
 
   /// Sorts objects by their places in the trees: in this order, the nodes that one object needs are mostly in
-  /// the caches from the object before.
-  void sort_by_place(std::span<std::uint32_t> objects) const noexcept;
+  /// the caches from the object before. @param keys scratch, with room for as many.
+  void sort_by_place(std::span<std::uint32_t> objects, std::vector<std::uint64_t>& keys) const noexcept;
 
   /// Calls visit(other) for the objects from `first` on that pair with this one, until it returns false.
   template <class Visit>
   bool for_each_partner(std::uint32_t object, std::uint32_t first, Visit visit) const noexcept {
     if (bounds_.is_gone(object)) return true;
+    if (has_grid_) return for_each_in_grid(object, first, visit);
     const Box box = bounds_.object_box(object);
+    const Sphere& sphere_W = bounds_.object_spheres_W()[object];
     bool goes_on = true;
     for (int i = 0; i < (bounds_.is_static(object) ? kStatic : kTrees); ++i)
-      trees_[i].now.tree.for_each_from(first, box, [&](std::uint32_t other) {
-        if (goes_on && other != object && bounds_.may_pair(object, other)) goes_on = visit(other);
+      trees_[i].now.tree.for_each_from(first, box, [&](std::uint32_t other, std::uint32_t slot) {
+        if (!goes_on || other == object) return;
+        if (bounds_.on_paths() ? bounds_.paths_may_pair(object, other)
+                               : may_touch(sphere_W, sphere_at(i, slot), bounds_.margin()))
+          goes_on = visit(other);
       });
     return goes_on;
   }
@@ -69,6 +78,17 @@ class ObjectForest {
   /// A new object enters wherever there is room, which harms a tree as much as this many moves.
   static constexpr std::size_t kMovesOfNew = 8;
 
+  template <class Visit>
+  bool for_each_in_grid(std::uint32_t object, std::uint32_t first, Visit visit) const noexcept {
+    bool goes_on = true;
+    grid_.for_each_near(bounds_.object_spheres_W()[object], [&](std::uint32_t other) {
+      if (!goes_on || other < first || other == object || !bounds_.may_pair(object, other)) return;
+      if (bounds_.is_gone(other) || (bounds_.is_static(object) && bounds_.is_static(other))) return;
+      goes_on = visit(other);
+    });
+    return goes_on;
+  }
+
   int tree_of(std::uint32_t object) const { return bounds_.is_static(object) ? kStatic : kMoving; }
   std::uint32_t slot_of(std::uint32_t object) const { return trees_[tree_of(object)].now.slot_of[object]; }
   void reserve(Tree& tree);
@@ -77,11 +97,14 @@ class ObjectForest {
   bool decides_frame(int i) const noexcept;
   bool has_outgrown(const FloatFrame& fit) const noexcept;
   void refit(Tree& tree) noexcept;
+  void place_one_by_one(std::span<const std::uint32_t> moved, const bool (&one_by_one)[kTrees]) noexcept;
 
   const SolidBounds& bounds_;
   TaskRunner* threads_;
   Tree trees_[kTrees];
   FloatFrame frame_;
+  ObjectGrid grid_;
+  bool has_grid_ = false;
   bool is_sorted_ = false;
   std::size_t sorts_ = 0, renewals_ = 0;
 };

@@ -19,7 +19,7 @@ void ObjectPairs::make_room(std::uint32_t objects) {
   const std::size_t room = std::size_t{2} * objects;
   list_.reserve(room);
   is_changed_.reserve(room);
-  changed_.reserve(room / kFew + 1);
+  changed_.reserve(room / kFew + 1), place_keys_.reserve(room / kFew + 1);
   fresh_.reserve(std::max<std::size_t>(room, 64));
   row_.reserve(room);
   marks_.resize(room / 64 + 1);
@@ -76,7 +76,7 @@ void ObjectPairs::make_list() noexcept {
 // Only the pairs of objects that moved: each is asked for its partners.
 bool ObjectPairs::list_changed_pairs() noexcept {
   fresh_.clear();
-  forest_.sort_by_place(changed_);
+  forest_.sort_by_place(changed_, place_keys_);
   for (std::uint32_t object : changed_) {
     const bool fits = forest_.for_each_partner(object, 0, [&](std::uint32_t other) {
       if (is_changed_[other] != 0 && other <= object) return true;  // found from the other side
@@ -93,13 +93,53 @@ bool ObjectPairs::list_changed_pairs() noexcept {
   return true;
 }
 
-// Walking the trees, which is kind to caches. False when the list does not hold all pairs.
+// False when the list does not hold all pairs.
 bool ObjectPairs::list_all_pairs() noexcept {
+  const ObjectGrid* const grid = forest_.grid();
+  list_.start();
+  if (!(grid != nullptr ? list_from_grid(*grid) : list_from_trees())) return false;
+  list_.sort(threads_);
+  return true;
+}
+
+bool ObjectPairs::list_from_grid(const ObjectGrid& grid) noexcept {
+  const std::size_t tasks = threads_ == nullptr ? 1 : std::min(threads_->threads(), PairList::kMostWriters);
+  std::atomic<std::size_t> next_part{0};
+  std::atomic<bool> fits{true};
+  auto task = [&](std::size_t) {
+    PairList::Writer writer(list_);
+    for (std::size_t part; (part = next_part.fetch_add(1, std::memory_order_relaxed)) < grid.parts();)
+      grid.list_part(part, bounds_, writer);
+    if (writer.is_full()) fits.store(false, std::memory_order_relaxed);
+    writer.close();
+  };
+  run_tasks(threads_, tasks, task);
+  return fits.load();
+}
+
+// Parts are the same on any number of threads, and so is the order within each.
+bool ObjectPairs::append_by_place(std::vector<SolidPair>& out) noexcept {
+  const ObjectGrid* const grid = forest_.grid();
+  if (grid == nullptr) return false;
+  list_.start();
+  std::atomic<bool> fits{true};
+  auto task = [&](std::size_t part) {
+    PairList::Writer writer(list_, part);
+    grid->list_part(part, bounds_, writer);
+    if (writer.is_full()) fits.store(false, std::memory_order_relaxed);
+    writer.close();
+  };
+  run_tasks(threads_, grid->parts(), task);
+  if (fits.load()) list_.append_found(out);
+  return fits.load();
+}
+
+// Walking the trees, which is kind to caches.
+bool ObjectPairs::list_from_trees() noexcept {
   const std::size_t tasks = threads_ == nullptr ? 1 : std::min(threads_->threads(), PairList::kMostWriters);
   work_.clear();
   for (int tree = 0; tree < ObjectForest::kTrees; ++tree) work_.push_back({tree, join_with(tree).root()});
   if (tasks > 1) split_work();
-  list_.start();
   std::atomic<std::size_t> next_work{0};
   std::atomic<bool> fits{true};
   auto task = [&](std::size_t) {
@@ -109,9 +149,7 @@ bool ObjectPairs::list_all_pairs() noexcept {
     writer.close();
   };
   run_tasks(threads_, tasks, task);
-  if (!fits.load()) return false;
-  list_.sort(threads_);
-  return true;
+  return fits.load();
 }
 
 // Into parts of a size that keeps all threads busy to the end.
@@ -152,15 +190,13 @@ bool ObjectPairs::list_pairs_below(const Work& work, PairList::Writer& writer,
   const ObjectTree& moving = forest_.tree(ObjectForest::kMoving);
   const ObjectTree& partners = forest_.tree(work.tree);
   const TreeJoin join = join_with(work.tree);
-  bool fits = true;
   join.walk(work.nodes, [&](const NodePair& leaf) {
-    if (!writer.room()) return fits = false;
     join.visit_leaf(leaf, [&](std::uint32_t slot, std::uint32_t other) {
       writer.add(moving.object_at(slot), partners.object_at(other), may_pair(slot, other));
     });
-    return true;
+    return !writer.is_full();
   });
-  return fits;
+  return !writer.is_full();
 }
 
 std::span<const std::uint32_t> ObjectPairs::row(std::uint32_t object) noexcept {

@@ -8,8 +8,8 @@
 namespace touchstone {
 
 /// The pairs of objects that may touch, row by row: a row is an object and its partners above it. The first
-/// few rows of a frame are found in the trees one by one, since a caller that stops early needs no more; then
-/// all pairs are listed at once. The list is kept while few objects move.
+/// few rows of a frame are found in the forest one by one, since a caller that stops early needs no more;
+/// then all pairs are listed at once. The list is kept while few objects move.
 class ObjectPairs {
  public:
   /// Cold. Keeps `bounds` and `forest`, and `threads`, which may be null.
@@ -28,6 +28,10 @@ class ObjectPairs {
 
   /// All pairs, ascending, if they are listed by now; else nothing, and rows must be asked for.
   bool is_listed() const { return state_ == State::complete; }
+
+  /// Appends all pairs in an order of places: those of an object stand together, and objects that are near.
+  /// False, and appends nothing: there is no grid that tells it, or no room.
+  bool append_by_place(std::vector<SolidPair>& out) noexcept;
   std::span<const SolidPair> listed() const { return list_.pairs(); }
 
  private:
@@ -45,6 +49,8 @@ class ObjectPairs {
   void make_list() noexcept;
   bool list_changed_pairs() noexcept;
   bool list_all_pairs() noexcept;
+  bool list_from_grid(const ObjectGrid& grid) noexcept;
+  bool list_from_trees() noexcept;
   void split_work() noexcept;
   bool list_pairs_below(const Work& work, PairList::Writer& writer) const noexcept;
   template <class MayPair>
@@ -71,6 +77,7 @@ class ObjectPairs {
   std::vector<Work> work_, work_scratch_;
   GrowingList<std::uint8_t> is_changed_;  // since the list was made, by object
   std::vector<std::uint32_t> changed_;
+  std::vector<std::uint64_t> place_keys_;
   std::vector<SolidPair> fresh_;
   std::uint32_t rows_asked_ = 0;
   bool is_crowded_ = false;  // in the last row that was asked for by itself, most objects were partners

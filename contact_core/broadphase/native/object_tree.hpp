@@ -4,11 +4,8 @@
 #include <bit>
 #include <vector>
 
-#ifdef __SSE2__
-#include <emmintrin.h>
-#endif
-
 #include "touchstone/contact_core/broadphase/native/float_frame.hpp"
+#include "touchstone/contact_core/broadphase/native/float_lanes.hpp"
 #include "touchstone/contact_core/broadphase/native/morton_sort.hpp"
 #include "touchstone/contact_core/broadphase/world_spheres.hpp"
 #include "touchstone/contact_core/geometry/no_index.hpp"
@@ -16,19 +13,6 @@
 #include "touchstone/contact_core/threads/task_runner.hpp"
 
 namespace touchstone {
-
-// GCC's and Clang's vector types: one register of four lanes, on any instruction set.
-using Floats = float __attribute__((vector_size(16)));
-using Ints = std::int32_t __attribute__((vector_size(16)));
-
-/// Bit k: lane k is set (all ones, as comparisons leave it).
-inline std::uint32_t lane_mask(Ints hit) {
-#ifdef __SSE2__
-  return static_cast<std::uint32_t>(_mm_movemask_ps(reinterpret_cast<__m128>(hit)));
-#else
-  return (hit[0] & 1u) | (hit[1] & 2u) | (hit[2] & 4u) | (hit[3] & 8u);
-#endif
-}
 
 /// A packed tree over some objects in Morton order: every node holds the boxes of four children, level by
 /// level; level 0's children are objects. Its shape decides how fast pairs are found, never which.
@@ -112,7 +96,10 @@ class ObjectTree {
   /// Takes the new box of one object and refits what is above it.
   void refit_one(std::uint32_t slot, const Box& box) noexcept;
 
-  /// Calls visit(b) for every object b >= first whose box overlaps `box`.
+  /// Fetches what refit_one() changes first.
+  void prefetch(std::uint32_t slot) const noexcept { prefetch_node(nodes_[slot / kWidth]); }
+
+  /// Calls visit(b, slot of b) for every object b >= first whose box overlaps `box`.
   template <class Visit>
   void for_each_from(std::uint32_t first, const Box& box, Visit visit) const noexcept {
     float low[3], high[3];
@@ -130,9 +117,9 @@ class ObjectTree {
       for (std::uint32_t lanes = lane_mask(hit); lanes != 0; lanes &= lanes - 1) {
         const auto k = static_cast<std::uint32_t>(std::countr_zero(lanes));
         if (entry.level == 0)
-          visit(static_cast<std::uint32_t>(node.highest_object[k]));
+          visit(static_cast<std::uint32_t>(node.highest_object[k]), entry.index * kWidth + k);
         else
-          stack[top++] = {entry.level - 1, entry.index * kWidth + k};
+          prefetch_node(at(stack[top++] = {entry.level - 1, entry.index * kWidth + k}));
       }
     }
   }
@@ -150,6 +137,10 @@ class ObjectTree {
   static constexpr std::uint32_t kLeavesPerTask = 512;
   static constexpr std::size_t kMostLevels = 17;
 
+  static void prefetch_node(const Node& node) noexcept {
+    const auto* const first = reinterpret_cast<const char*>(&node);
+    __builtin_prefetch(first), __builtin_prefetch(first + sizeof(Node) - 1);
+  }
   void drop_gone() noexcept;
   void empty_lane(std::uint32_t slot) noexcept;
   void refit_above(std::uint32_t slot) noexcept;

@@ -1,13 +1,7 @@
 #include "touchstone/contact_core/broadphase/native/pair_list.hpp"
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-
 namespace touchstone {
 namespace {
-
-constexpr std::size_t kMostSortTasks = 16;
 
 // Most rows have a few pairs only.
 void sort_row(SolidPair* first, SolidPair* last) {
@@ -25,94 +19,118 @@ void sort_row(SolidPair* first, SolidPair* last) {
 
 }  // namespace
 
-// The last few places of a block may stay unused.
+std::uint32_t PairList::shift_for(std::size_t objects) {
+  std::uint32_t shift = kLeastShift;
+  while (objects >> shift >= kMostHeaps) ++shift;
+  return shift;
+}
+
+// A block of each heap may stay unused in part: of all writers' heaps, or of the parts' heaps.
 std::size_t PairList::blocks_for(std::size_t objects) {
-  return objects * kPairsPerObject / (kBlock - Writer::kRoom) + 1 + kMostWriters;
+  const std::size_t heaps = std::min(kMostHeaps, (objects >> kLeastShift) + 1);
+  return objects * kPairsPerObject / kBlock + std::max(kMostHeaps, kMostWriters * heaps) + 1;
 }
 
 void PairList::reserve(std::size_t objects) {
   count_ = 0;
-  next_block_ = 0;
+  start();
   const std::size_t blocks = blocks_for(objects);
   const std::size_t bytes = GrowingMemory::bytes_of(blocks, kBlock * sizeof(SolidPair));
   for (GrowingMemory* memory : {&found_, &pairs_}) memory->grow(0, bytes);
-  used_.reserve(blocks);
+  used_.reserve(blocks), block_below_.reserve(blocks);
   row_end_.reserve(objects);
 }
 
 void PairList::set_objects(std::uint32_t objects) {
   row_end_.resize(objects);
-  used_.resize(blocks_for(objects));
+  shift_ = shift_for(objects);
+  used_.resize(blocks_for(objects)), block_below_.resize(used_.size());
   capacity_ = used_.size() * kBlock;
 }
 
-bool PairList::Writer::open_block() noexcept {
-  close();
-  block_ = list_.next_block_.fetch_add(1, std::memory_order_relaxed);
-  if (block_ >= list_.used_.size()) return false;
-  next_ = &list_.found()[block_ * kBlock];
-  end_ = next_ + kBlock;
-  return true;
+void PairList::start() noexcept {
+  next_block_ = 0;
+  for (std::atomic<std::uint32_t>& top : top_) top.store(kNoIndex, std::memory_order_relaxed);
+}
+
+// A block that is left is full of pairs.
+void PairList::Writer::open_block(std::uint32_t heap) noexcept {
+  Place& place = places_[heap];
+  const std::size_t block = list_.next_block_.fetch_add(1, std::memory_order_relaxed);
+  if (block >= list_.used_.size()) {
+    is_full_ = true;
+    place = {&spare_, &spare_ + 1, kNoIndex};
+    return;
+  }
+  place.block = static_cast<std::uint32_t>(block);
+  place.next = list_.found() + block * kBlock;
+  place.end = place.next + kBlock;
+  list_.used_[block] = kBlock;
+  list_.block_below_[block] = list_.top_[heap].exchange(place.block, std::memory_order_relaxed);
 }
 
 void PairList::Writer::close() noexcept {
-  if (next_ != nullptr)
-    list_.used_[block_] = static_cast<std::uint32_t>(next_ - &list_.found()[block_ * kBlock]);
-  next_ = end_ = nullptr;
+  for (Place& place : places_) {
+    if (place.block != kNoIndex)
+      list_.used_[place.block] =
+          static_cast<std::uint32_t>(kBlock - static_cast<std::size_t>(place.end - place.next));
+    place = {};
+  }
 }
 
 template <class Visit>
-void PairList::for_each_found(Visit visit) const noexcept {
-  const std::size_t blocks = std::min<std::size_t>(next_block_, used_.size());
-  for (std::size_t block = 0; block < blocks; ++block)
+void PairList::for_each_found(std::size_t heap, Visit visit) const noexcept {
+  for (std::uint32_t block = top_[heap]; block != kNoIndex; block = block_below_[block])
     for (std::uint32_t i = 0; i < used_[block]; ++i) visit(found()[block * kBlock + i]);
 }
 
-// Of evenly spread pairs, (1 - x)^2 have their lower object beyond a share x of the objects: so the tasks get
-// equal shares of the pairs.
-std::uint32_t PairList::first_row(std::size_t task, std::size_t tasks) const noexcept {
-  if (task >= tasks) return static_cast<std::uint32_t>(row_end_.size());
-  const double share = static_cast<double>(tasks - task) / static_cast<double>(tasks);
-  return static_cast<std::uint32_t>(static_cast<double>(row_end_.size()) * (1.0 - std::sqrt(share)));
+std::size_t PairList::count_in(std::size_t heap) const noexcept {
+  std::size_t count = 0;
+  for (std::uint32_t block = top_[heap]; block != kNoIndex; block = block_below_[block])
+    count += used_[block];
+  return count;
 }
 
-// By counting into rows, one a lower object: each task reads all that was found and writes its own rows.
 void PairList::sort(TaskRunner* threads) noexcept {
-  const std::size_t tasks = threads == nullptr ? 1 : std::min(threads->threads(), kMostSortTasks);
-  std::array<std::size_t, kMostSortTasks + 1> first_pair{};
-  // Each task counts its rows.
-  auto count = [&](std::size_t task) {
-    const std::uint32_t first = first_row(task, tasks), last = first_row(task + 1, tasks);
-    std::fill(row_end_.begin() + first, row_end_.begin() + last, 0u);
-    std::size_t pairs = 0;
-    for_each_found([&](const SolidPair& pair) {
-      if (pair.a - first < last - first) ++row_end_[pair.a], ++pairs;
-    });
-    first_pair[task + 1] = pairs;
-  };
-  run_tasks(threads, tasks, count);
-  // Sums say where each task's rows begin.
-  for (std::size_t task = 0; task < tasks; ++task) first_pair[task + 1] += first_pair[task];
-  count_ = first_pair[tasks];
-  // Each task fills its rows, then sorts each of them.
-  auto place = [&](std::size_t task) {
-    const std::uint32_t first = first_row(task, tasks), last = first_row(task + 1, tasks);
-    auto start = static_cast<std::uint32_t>(first_pair[task]);
-    for (std::uint32_t row = first; row < last; ++row) {
-      const std::uint32_t pairs = row_end_[row];
-      row_end_[row] = start;
-      start += pairs;
+  const std::size_t heaps = (row_end_.size() >> shift_) + 1;
+  std::array<std::size_t, kMostHeaps + 1> first_pair{};
+  for (std::size_t heap = 0; heap < heaps; ++heap) first_pair[heap + 1] = first_pair[heap] + count_in(heap);
+  count_ = first_pair[heaps];
+  auto sort_one = [&](std::size_t heap) { sort_heap(heap, first_pair[heap]); };
+  run_tasks(threads, heaps, sort_one);
+}
+
+// By counting into rows, one a lower object.
+void PairList::sort_heap(std::size_t heap, std::size_t first_pair) noexcept {
+  const std::size_t first = heap << shift_, last = std::min(row_end_.size(), (heap + 1) << shift_);
+  std::fill(row_end_.begin() + first, row_end_.begin() + last, 0u);
+  for_each_found(heap, [&](const SolidPair& pair) { ++row_end_[pair.a]; });
+  // Sums say where rows begin, and filling them moves that to their ends.
+  auto start = static_cast<std::uint32_t>(first_pair);
+  for (std::size_t row = first; row < last; ++row) {
+    const std::uint32_t pairs = row_end_[row];
+    row_end_[row] = start;
+    start += pairs;
+  }
+  for_each_found(heap, [&](const SolidPair& pair) { sorted()[row_end_[pair.a]++] = pair; });
+  // Then each row is sorted.
+  auto row_first = static_cast<std::uint32_t>(first_pair);
+  for (std::size_t row = first; row < last; ++row) {
+    sort_row(sorted() + row_first, sorted() + row_end_[row]);
+    row_first = row_end_[row];
+  }
+}
+
+// The block that was written last lies on top.
+void PairList::append_found(std::vector<SolidPair>& out) const noexcept {
+  for (std::size_t heap = 0; heap < kMostHeaps; ++heap) {
+    std::size_t end = out.size() + count_in(heap);
+    out.resize(end);
+    for (std::uint32_t block = top_[heap]; block != kNoIndex; block = block_below_[block]) {
+      end -= used_[block];
+      std::copy_n(found() + block * kBlock, used_[block], out.begin() + static_cast<std::ptrdiff_t>(end));
     }
-    for_each_found([&](const SolidPair& pair) {
-      if (pair.a - first < last - first) sorted()[row_end_[pair.a]++] = pair;
-    });
-    auto row_first = static_cast<std::uint32_t>(first_pair[task]);
-    for (std::uint32_t row = first; row < last; ++row) {
-      sort_row(sorted() + row_first, sorted() + row_end_[row]);
-      row_first = row_end_[row];
-    }
-  };
-  run_tasks(threads, tasks, place);
+  }
 }
 
 bool PairList::replace(std::span<const std::uint8_t> changed, std::span<const SolidPair> fresh) noexcept {

@@ -9,9 +9,14 @@ SolidBounds::SolidBounds(const BroadphaseInput& input)
   reserve(objects(), solids());
   for (std::uint32_t object = 0; object < objects(); ++object)
     add_nodes(*input.trees[object], table_.first_solid[object]);
-  solid_sphere_W_.resize(solids()), object_sphere_W_.resize(objects());
-  if (solids() != objects()) object_box_.resize(objects());
+  resize_spheres();
   stack_.resize(nodes_.size() + 1);
+}
+
+/// What objects of several solids need is kept where there are any.
+void SolidBounds::resize_spheres() {
+  object_sphere_W_.resize(objects());
+  if (!are_single()) solid_sphere_W_.resize(solids()), object_box_.resize(objects());
 }
 
 /// And for more, which come one by one.
@@ -45,7 +50,6 @@ void SolidBounds::replace_nodes(const HexahedronTree& tree, std::uint32_t object
 
 void SolidBounds::set_object(std::uint32_t object, const HexahedronTree* tree, bool is_static) {
   const bool is_new = object == objects();
-  const bool were_single = solids() == objects();
   touchstone::set_object(table_, object, tree, is_static);
   if (tree == nullptr) return;
   if (!is_new) {
@@ -54,10 +58,7 @@ void SolidBounds::set_object(std::uint32_t object, const HexahedronTree* tree, b
   }
   reserve(objects(), solids());
   add_nodes(*tree, table_.first_solid[object]);
-  solid_sphere_W_.resize(solids()), object_sphere_W_.resize(objects());
-  if (solids() != objects()) object_box_.resize(objects());
-  if (solids() != objects() && were_single)  // which needed no boxes
-    for (std::uint32_t i = 0; i < object; ++i) object_box_[i] = object_box(i);
+  resize_spheres();
   if (on_paths_) start_paths();
   stack_.resize(nodes_.size() + 1);
 }
@@ -67,7 +68,20 @@ void SolidBounds::start_paths() noexcept {
   swept_.resize(solids()), node_box_.resize(nodes_.size());
 }
 
+void SolidBounds::prefetch(std::uint32_t object, std::span<const Pose> poses) const noexcept {
+  if (!are_single()) return;
+  const auto* const pose = reinterpret_cast<const char*>(&poses[object]);
+  __builtin_prefetch(pose), __builtin_prefetch(pose + sizeof(Pose) - 1);
+  __builtin_prefetch(&table_.sphere_S[object]);
+  __builtin_prefetch(&object_sphere_W_[object], 1);
+}
+
 void SolidBounds::place(std::uint32_t object, std::span<const Pose> poses) noexcept {
+  if (is_single(object)) {
+    const std::uint32_t s = are_single() ? object : table_.first_solid[object];
+    object_sphere_W_[object] = world_sphere(table_.sphere_S[s], poses[s]);
+    return;
+  }
   Node* const nodes = &nodes_[first_node_[object]];
   for (std::uint32_t i = node_count_[object]; i-- > 0;) {
     Node& node = nodes[i];
@@ -78,7 +92,7 @@ void SolidBounds::place(std::uint32_t object, std::span<const Pose> poses) noexc
       node.sphere_W = enclosing_sphere(nodes[node.left].sphere_W, nodes[node.right].sphere_W);
   }
   object_sphere_W_[object] = nodes[0].sphere_W;
-  if (!is_single(object)) object_box_[object] = box_around_solids(object);
+  object_box_[object] = box_around_solids(object);
 }
 
 // Of a long object it is far smaller than its sphere's.
@@ -89,9 +103,14 @@ Box SolidBounds::box_around_solids(std::uint32_t object) const noexcept {
   return box;
 }
 
+const Sphere& SolidBounds::solid_sphere_W(SolidIndex s) const noexcept {
+  const std::uint32_t object = are_single() ? s : object_of(s);
+  return is_single(object) ? object_sphere_W_[object] : solid_sphere_W_[s];
+}
+
 Box SolidBounds::solid_box(SolidIndex s) const noexcept {
   if (on_paths_) return bounding_box(swept_[s], 0.5 * margin_);
-  return bounding_box(solid_sphere_W_[s], 0.5 * margin_);
+  return bounding_box(solid_sphere_W(s), 0.5 * margin_);
 }
 
 // Paths are long and thin: boxes of all swept below, not spheres.
@@ -122,15 +141,17 @@ void SolidBounds::append_partners(SolidIndex a, const Box& box, std::uint32_t ot
   if (!overlap(box, object_box(other))) return;
   const auto first = static_cast<std::ptrdiff_t>(partners.size());
   const std::uint32_t root = first_node_[other];
+  const Sphere& sphere_W = solid_sphere_W(a);
   if (on_paths_)
     descend(root, partners, [&](std::uint32_t node) {
       if (!overlap(node_box_[node], box)) return false;
       return nodes_[node].solid < 0 || swept_may_touch(a, static_cast<SolidIndex>(nodes_[node].solid));
     });
-  else
-    descend(root, partners, [&](std::uint32_t node) {
-      return may_touch(nodes_[node].sphere_W, solid_sphere_W_[a], margin_);
-    });
+  else if (is_single(other)) {
+    if (may_touch(object_sphere_W_[other], sphere_W, margin_)) partners.push_back(table_.first_solid[other]);
+  } else
+    descend(root, partners,
+            [&](std::uint32_t node) { return may_touch(nodes_[node].sphere_W, sphere_W, margin_); });
   std::sort(partners.begin() + first, partners.end());
 }
 

@@ -20,8 +20,13 @@ class SolidBounds {
   std::uint32_t solids() const { return table_.solids(); }
   double margin() const { return margin_; }
   bool is_static(std::uint32_t object) const { return table_.is_static[object] != 0; }
+  bool has_static() const {
+    return std::find(table_.is_static.begin(), table_.is_static.end(), 1) != table_.is_static.end();
+  }
   bool is_gone(std::uint32_t object) const { return table_.is_gone[object] != 0; }
-  bool is_single(std::uint32_t object) const { return node_count_[object] == 1; }
+  bool is_single(std::uint32_t object) const { return are_single() || node_count_[object] == 1; }
+  /// Whether all objects are.
+  bool are_single() const { return solids() == objects(); }
   std::uint32_t first_solid(std::uint32_t object) const { return table_.first_solid[object]; }
   std::uint32_t solids_of(std::uint32_t object) const {
     return table_.first_solid[object + 1] - table_.first_solid[object];
@@ -34,6 +39,8 @@ class SolidBounds {
   bool on_paths() const { return on_paths_; }
 
   void place(std::uint32_t object, std::span<const Pose> poses) noexcept;
+  /// Fetches what place() will read and write.
+  void prefetch(std::uint32_t object, std::span<const Pose> poses) const noexcept;
   void place_path(std::uint32_t object, const SolidPaths& paths) noexcept;
 
   /// One an object; on paths only the centres count, to sort by.
@@ -71,14 +78,16 @@ class SolidBounds {
   struct Node {
     using MovesByBits = Node;  ///< see kMovesByBits
 
-    Sphere sphere_W;
+    Sphere sphere_W;                  // kept of objects of several solids
     std::int32_t left, right, solid;  // left and right relative to the object's first node; solid is global
   };
 
   void reserve(std::size_t objects, std::size_t solids);
+  void resize_spheres();
   void add_nodes(const HexahedronTree& tree, std::uint32_t first_solid);
   void replace_nodes(const HexahedronTree& tree, std::uint32_t object);
   Box box_around_solids(std::uint32_t object) const noexcept;
+  const Sphere& solid_sphere_W(SolidIndex s) const noexcept;
   bool swept_may_touch(SolidIndex s, SolidIndex t) const noexcept;
   template <class MayTouch>
   void descend(std::uint32_t root, std::vector<SolidIndex>& partners, MayTouch node_may_touch) noexcept;
@@ -87,10 +96,10 @@ class SolidBounds {
   double margin_;
   bool on_paths_ = false;
   GrowingList<Node> nodes_;
-  GrowingList<std::uint32_t> first_node_, node_count_;  // by object
-  GrowingList<Sphere> solid_sphere_W_, object_sphere_W_;
-  GrowingList<Box> object_box_;     // of those of several solids, if there are any
-  GrowingList<SweptSphere> swept_;  // of solids, and the boxes of nodes: on paths only
+  GrowingList<std::uint32_t> first_node_, node_count_;    // by object
+  GrowingList<Sphere> solid_sphere_W_, object_sphere_W_;  // the former of objects of several solids
+  GrowingList<Box> object_box_;                           // of those of several solids, if there are any
+  GrowingList<SweptSphere> swept_;                        // of solids, and the boxes of nodes: on paths only
   GrowingList<Box> node_box_;
   GrowingList<std::uint32_t> stack_;
 };

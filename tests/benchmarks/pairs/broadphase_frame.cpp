@@ -96,8 +96,8 @@ void BroadphaseFrame::find() {
   pairs = 0;
   if (mix.first_contact)
     pairs = find_first_contact(*broadphase, *narrowphase, boxes.poses, *workspace, block, status) ? 1 : 0;
-  else if (mix.moved_pairs)
-    find_moved();
+  else if (mix.moved_pairs || mix.by_place)
+    find_listed();
   else
     for (PairCursor cursor; !cursor.done;) {
       const std::size_t count = broadphase->find_pairs(cursor, block);
@@ -106,12 +106,15 @@ void BroadphaseFrame::find() {
     }
 }
 
-void BroadphaseFrame::find_moved() {
-  moved_pairs.clear();
-  broadphase->find_moved_pairs(moved_pairs);
-  for (std::size_t first = 0; first < moved_pairs.size(); first += block.size())
-    check(std::span(moved_pairs).subspan(first, std::min(block.size(), moved_pairs.size() - first)));
-  pairs = moved_pairs.size();
+void BroadphaseFrame::find_listed() {
+  listed.clear();
+  if (mix.moved_pairs)
+    broadphase->find_moved_pairs(listed);
+  else
+    broadphase->find_pairs_by_place(listed);
+  for (std::size_t first = 0; first < listed.size(); first += block.size())
+    check(std::span(listed).subspan(first, std::min(block.size(), listed.size() - first)));
+  pairs = listed.size();
 }
 
 void BroadphaseFrame::check(std::span<const SolidPair> some) {

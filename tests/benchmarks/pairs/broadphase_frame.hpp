@@ -22,6 +22,7 @@ struct Mix {
   bool swept = false;          ///< paths from each frame's poses to the next's
   bool first_contact = false;  ///< the lowest contact only, by the native narrowphase
   bool moved_pairs = false;    ///< those of what moved only
+  bool by_place = false;       ///< all pairs in an order of places
   bool overlap = false;        ///< and whether they overlap, by the native narrowphase
   bool manifold = false;       ///< and their manifolds
 };
@@ -61,7 +62,7 @@ struct BroadphaseFrame {
   std::vector<PairGeometry> geometry;
   std::vector<ContactPoint> points;
   std::size_t pairs = 0;
-  std::vector<SolidPair> moved_pairs;
+  std::vector<SolidPair> listed;  ///< where all pairs come at once
 
   BroadphaseFrame(const std::string& name, int count, const Mix& wanted);
 
@@ -70,7 +71,7 @@ struct BroadphaseFrame {
   void find();
 
  private:
-  void find_moved();
+  void find_listed();
   void check(std::span<const SolidPair> some);
 };
 

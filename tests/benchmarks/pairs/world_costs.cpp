@@ -93,9 +93,12 @@ std::vector<WorldCost> measure_worlds() {
   add_build(out);  // first, so that memory is not what was freed before
   const double frame = frame_ms(kBoxes, {});
   out.push_back({"100 000 moving boxes, a frame of the broadphase", frame, 12, "ms", "sorting and pairing"});
-  out.push_back({"with overlap", frame_ms(kBoxes, {.overlap = true}), 22, "ms", "shuffled records"});
   out.push_back(
-      {"with manifolds", frame_ms(kBoxes, {.manifold = true}), 45, "ms", "cold manifolds in batches"});
+      {"the same, pairs by place", frame_ms(kBoxes, {.by_place = true}), 12, "ms", "tests of neighbours"});
+  out.push_back({"with overlap, pairs by place", frame_ms(kBoxes, {.by_place = true, .overlap = true}), 22,
+                 "ms", "shuffled records"});
+  out.push_back({"with manifolds, pairs by place", frame_ms(kBoxes, {.by_place = true, .manifold = true}), 45,
+                 "ms", "manifolds in batches"});
   out.push_back({"1 000 000 moving boxes over 100 000, the broadphase", frame_ms(10 * kBoxes, {}) / frame, 12,
                  "times", "memory beyond the caches"});
   out.push_back({"100 000 boxes of which 1 % move, pairs of what moved with overlap",

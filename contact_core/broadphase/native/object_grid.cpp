@@ -1,0 +1,435 @@
+#include "touchstone/contact_core/broadphase/native/object_grid.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/contact_core/memory/reserve_more.hpp"
+
+namespace touchstone {
+namespace {
+
+// Cells are shorter along a row, which the runs of positions follow more closely then.
+constexpr float kCellsPerSide = 4.0F;
+
+// Radii are grown by this share of themselves, and by this one of their coordinates. A float is off by 2^-24
+// of a coordinate, a squared distance or reach by 5 2^-24 of itself, may_touch() by 2^-49 of the reach.
+constexpr double kGrowth = 0x1p-20, kCoordinateGrowth = 0x1p-21;
+
+// Coordinates beyond, in sides, are coarse: an object's growth stays below 1/64 of a side.
+constexpr double kFarthest = 0x1p15;
+
+// However few objects there are.
+constexpr std::uint32_t kFewCells = 64;
+
+constexpr std::uint32_t kLeastObjects = 512;
+constexpr std::uint32_t kObjectsPerPart = 4096;
+// A run of positions costs as much as so many tests.
+constexpr double kTestsPerRun = 7.0;
+// A tree takes as long for an object as this many tests, and for a pair.
+constexpr double kTestsPerObject = 96.0, kTestsPerPair = 12.0;
+constexpr std::uint32_t kFramesToWait = 31;
+
+/// Evenly over the objects, but in no step that an order of theirs could follow.
+std::uint32_t sampled(std::uint32_t sample, std::uint32_t samples, std::uint32_t objects) {
+  const std::uint64_t jitter = sample * 0x9E3779B1U >> 16;
+  return static_cast<std::uint32_t>((((std::uint64_t{sample} << 16) + jitter) * objects / samples) >> 16);
+}
+
+double quantile(std::vector<double>& values, double share) {
+  const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + at, values.end());
+  return values[static_cast<std::size_t>(at)];
+}
+
+}  // namespace
+
+/// What some of the objects tell of all [m].
+struct ObjectGrid::Sample {
+  std::array<double, 3> low, extent;
+  double mean_radius, most_radius, margin;
+  double objects;  // in the scene
+};
+
+/// One sphere against runs of positions, four at a time.
+class ObjectGrid::Probe {
+ public:
+  Probe(const ObjectGrid& grid, std::uint32_t at)
+      : grid_(grid),
+        x_(all(grid.x_[at])),
+        y_(all(grid.y_[at])),
+        z_(all(grid.z_[at])),
+        radius_(all(grid.radius_[at])) {}
+
+  /// Calls meet(position, is_sure) for those that it met since the last call.
+  template <class Meet>
+  void flush(Meet meet) noexcept {
+    for (; hits_ != 0; hits_ &= hits_ - 1) {
+      const auto lane = static_cast<std::uint32_t>(std::countr_zero(hits_));
+      meet(first_[lane / 4] + lane % 4, slack_[lane] > grid_.doubt_);
+    }
+    groups_ = 0;
+  }
+
+  template <class Meet>
+  void test(std::uint32_t first, std::uint32_t end, Meet meet) noexcept {
+    for (; first < end; first += 4) {
+      // Squares of reaches less those of distances.
+      const Floats dx = load_floats(grid_.x_.data() + first) - x_,
+                   dy = load_floats(grid_.y_.data() + first) - y_;
+      const Floats dz = load_floats(grid_.z_.data() + first) - z_;
+      const Floats sum = load_floats(grid_.radius_.data() + first) + radius_;
+      const Floats slack = sum * sum - ((dx * dx + dy * dy) + dz * dz);
+      const std::uint32_t lanes = end - first < 4 ? (1U << (end - first)) - 1 : 15U;
+      const std::uint32_t hit = lane_mask(slack >= 0.0F) & lanes;
+      // A group without hits is written over by the next one.
+      std::memcpy(slack_.data() + 4 * groups_, &slack, sizeof(slack));
+      first_[groups_] = first;
+      hits_ |= std::uint64_t{hit} << (4 * groups_);
+      groups_ += hit != 0 ? 1 : 0;
+      if (groups_ == kGroups) flush(meet);
+    }
+  }
+
+ private:
+  static constexpr std::uint32_t kGroups = 16;
+  static Floats all(float v) { return Floats{v, v, v, v}; }
+
+  const ObjectGrid& grid_;
+  Floats x_, y_, z_, radius_;
+  std::uint64_t hits_ = 0;
+  std::uint32_t groups_ = 0;
+  std::array<std::uint32_t, kGroups> first_;
+  std::array<float, 4 * kGroups> slack_;
+};
+
+// And for more, which come one by one. As they take memory where they are used alone, lists are sized by
+// build().
+void ObjectGrid::reserve(std::size_t objects) {
+  const std::size_t cells = 2 * objects + kFewCells;
+  for (std::vector<double>& list : samples_) list.reserve(kSamples);
+  reserve_more(spots_, objects), reserve_more(order_, objects);
+  for (GrowingList<float>* list : {&x_, &y_, &z_, &radius_}) reserve_more(*list, objects + 4);
+  for (GrowingList<std::uint32_t>* list : {&cell_start_, &row_at_, &row_place_})
+    reserve_more(*list, cells + 1);
+}
+
+bool ObjectGrid::build(const SolidBounds& bounds, TaskRunner* threads) noexcept {
+  if (frames_to_wait_ > 0) {
+    --frames_to_wait_;
+    return false;
+  }
+  objects_ = bounds.objects();
+  is_plain_ = bounds.solids() == bounds.objects() && !bounds.has_static();
+  if (objects_ >= kLeastObjects && choose_cells(bounds) && fill(bounds, threads) && is_quick()) return true;
+  frames_to_wait_ = kFramesToWait;
+  return false;
+}
+
+bool ObjectGrid::choose_cells(const SolidBounds& bounds) noexcept {
+  // Some objects are looked at.
+  for (std::vector<double>& list : samples_) list.clear();
+  const std::uint32_t samples = std::min(kSamples, objects_);
+  for (std::uint32_t i = 0; i < samples; ++i) {
+    const std::uint32_t object = sampled(i, samples, objects_);
+    const Sphere& sphere = bounds.object_spheres_W()[object];
+    if (bounds.is_gone(object) || !is_finite(sphere.centre) || !std::isfinite(sphere.radius)) continue;
+    for (int k = 0; k < 3; ++k) samples_[k].push_back(sphere.centre(k));
+    samples_[3].push_back(sphere.radius);
+  }
+  std::vector<double>& radii = samples_[3];
+  if (radii.size() < samples / 2) return false;
+  // Strays do not count, nor do giants.
+  Sample sample{};
+  for (int k = 0; k < 3; ++k) {
+    const double low = quantile(samples_[k], 1.0 / 64), high = quantile(samples_[k], 63.0 / 64);
+    const double pad = (high - low) / 32;
+    sample.low[k] = low - pad, sample.extent[k] = (high - low) + 2.0 * pad;
+  }
+  const double most = 2.0 * quantile(radii, 0.99);
+  sample.margin = bounds.margin();
+  sample.objects = static_cast<double>(objects_);
+  for (const double radius : radii) {
+    if (radius > most) continue;
+    sample.mean_radius += radius / static_cast<double>(radii.size());
+    sample.most_radius = std::max(sample.most_radius, radius);
+  }
+  half_margin_ = 0.5 * sample.margin;
+  largest_ = most;
+  // Rows run along the longest side.
+  const auto longest = std::max_element(sample.extent.begin(), sample.extent.end()) - sample.extent.begin();
+  for (int k = 0; k < 3; ++k) axis_[k] = static_cast<int>((longest + k) % 3);
+  for (int k = 0; k < 3; ++k) origin_[k] = sample.low[axis_[k]];
+  return choose_side(sample) && count_parts();
+}
+
+// The side of a cell that makes tests and runs fewest, if objects were spread evenly.
+bool ObjectGrid::choose_side(const Sample& sample) noexcept {
+  const double reach = sample.mean_radius + sample.most_radius + sample.margin;
+  if (!(reach > 0x1p-500) || !(sample.extent[axis_[0]] < 0x1p500) || !(largest_ < 0x1p500)) return false;
+  const double most_cells = 2.0 * sample.objects;
+  double least_cost = kInfinity, best = 0.0;
+  for (double side = reach;; side *= 1.4142) {
+    double cells = 1.0, share = 1.0, runs = 0.5;
+    for (int k = 0; k < 3; ++k) {
+      const double per_side = k == 0 ? kCellsPerSide : 1.0;
+      const double sides = std::max(1.0, sample.extent[axis_[k]] / side);
+      const double met = std::min(sides, 2.0 * reach / side + 1.0 / per_side);
+      cells *= std::ceil(sides * per_side), share *= met / sides;
+      if (k > 0) runs *= met;
+    }
+    const double cost = 0.5 * sample.objects * share + kTestsPerRun * runs;
+    if (cells <= most_cells && cost < least_cost) least_cost = cost, best = side;
+    if (sample.extent[axis_[0]] <= side) break;
+  }
+  // The frame follows from the side.
+  if (best == 0.0) return false;
+  per_metre_ = 1.0 / best;
+  double sides = 0.0;
+  for (int k = 0; k < 3; ++k) {
+    const double length = std::max(1.0, sample.extent[axis_[k]] * per_metre_);
+    sides += length;
+    count_[k] = static_cast<std::uint32_t>(std::ceil(length * (k == 0 ? kCellsPerSide : 1.0)));
+  }
+  farthest_ = 2.0 * sides;
+  tiny_ = 0x1p-510 * per_metre_;
+  largest_ = (largest_ + half_margin_) * per_metre_ * (1.0 + kGrowth) + farthest_ * kCoordinateGrowth + tiny_;
+  return farthest_ <= kFarthest;
+}
+
+/// Numbers rows by square tiles and cuts them into parts.
+bool ObjectGrid::count_parts() noexcept {
+  constexpr std::uint32_t kTile = 4;
+  const std::uint32_t rows = count_[1] * count_[2];
+  row_at_.resize(rows), row_place_.resize(rows), cell_start_.resize(count_[0] * rows + 1);
+  std::uint32_t next = 0;
+  for (std::uint32_t tile_z = 0; tile_z < count_[2]; tile_z += kTile)
+    for (std::uint32_t tile_y = 0; tile_y < count_[1]; tile_y += kTile)
+      for (std::uint32_t z = tile_z; z < std::min(tile_z + kTile, count_[2]); ++z)
+        for (std::uint32_t y = tile_y; y < std::min(tile_y + kTile, count_[1]); ++y) {
+          row_at_[z * count_[1] + y] = next;
+          row_place_[next++] = z * count_[1] + y;
+        }
+  const std::uint32_t wanted = std::clamp<std::uint32_t>(objects_ / kObjectsPerPart, 1, kMostParts - 1);
+  part_shift_ = 0;
+  while ((rows >> part_shift_) >= wanted && part_shift_ < 31) ++part_shift_;
+  cell_parts_ = ((rows - 1) >> part_shift_) + 1;
+  chunk_ = std::max<std::uint32_t>(4096, objects_ / static_cast<std::uint32_t>(kMostChunks) + 1);
+  return cell_parts_ < kMostParts;
+}
+
+bool ObjectGrid::place(const Sphere& sphere, Spot& spot) const noexcept {
+  const double x = (sphere.centre(axis_[0]) - origin_[0]) * per_metre_;
+  const double y = (sphere.centre(axis_[1]) - origin_[1]) * per_metre_;
+  const double z = (sphere.centre(axis_[2]) - origin_[2]) * per_metre_;
+  const double far = (std::abs(x) + std::abs(y)) + std::abs(z);
+  const double radius =
+      (sphere.radius + half_margin_) * per_metre_ * (1.0 + kGrowth) + (far * kCoordinateGrowth + tiny_);
+  if (!(far <= farthest_ && radius <= largest_)) return false;
+  spot.x = static_cast<float>(x), spot.y = static_cast<float>(y), spot.z = static_cast<float>(z);
+  spot.radius = static_cast<float>(radius);
+  const std::uint32_t row = row_at_[cell_at(spot.z, 1.0F, 2) * count_[1] + cell_at(spot.y, 1.0F, 1)];
+  spot.cell = row * count_[0] + cell_at(spot.x, kCellsPerSide, 0);
+  return true;
+}
+
+/// Calls visit(spot, part).
+template <class Visit>
+void ObjectGrid::for_each_in_chunk(std::size_t chunk, const SolidBounds& bounds, Visit visit) const noexcept {
+  const auto first = static_cast<std::uint32_t>(chunk) * chunk_, end = std::min(objects_, first + chunk_);
+  for (std::uint32_t object = first; object < end; ++object) {
+    if (bounds.is_gone(object)) continue;
+    Spot spot{0.0F, 0.0F, 0.0F, 0.0F, object, 0};
+    const bool is_placed = place(bounds.object_spheres_W()[object], spot);
+    visit(spot, is_placed ? part_of(spot.cell) : kLoosePart);
+  }
+}
+
+// Each part of the cells is sorted by itself, in the caches. Chunks of the objects count what they throw on
+// each part first, so that any thread knows where to put it.
+bool ObjectGrid::fill(const SolidBounds& bounds, TaskRunner* threads) noexcept {
+  const std::size_t chunks = (objects_ + chunk_ - 1) / chunk_;
+  auto count = [&](std::size_t chunk) {
+    std::array<std::uint32_t, kMostParts + 1> counts{};
+    float most = 0.0F;
+    for_each_in_chunk(chunk, bounds, [&](const Spot& spot, std::uint32_t part) {
+      ++counts[part];
+      most = std::max(most, spot.radius);
+    });
+    for (std::size_t part = 0; part <= kMostParts; ++part) start_[part][chunk] = counts[part];
+    chunk_radius_[chunk] = most;
+  };
+  run_tasks(threads, chunks, count);
+  // Sums say where each chunk's share of a part begins.
+  std::uint32_t next = 0;
+  for (std::size_t part = 0; part <= kMostParts; ++part) {
+    part_start_[part] = next;
+    for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
+      const std::uint32_t here = start_[part][chunk];
+      start_[part][chunk] = next;
+      next += here;
+    }
+  }
+  in_cells_ = part_start_[kLoosePart], loose_ = next - in_cells_;
+  if (loose_ > 8 + objects_ / 1024) return false;
+  most_radius_ =
+      *std::max_element(chunk_radius_.begin(), chunk_radius_.begin() + static_cast<std::ptrdiff_t>(chunks));
+  // Objects are thrown on their parts, and these sorted.
+  spots_.resize(next), order_.resize(next);
+  for (GrowingList<float>* list : {&x_, &y_, &z_, &radius_}) list->resize(next + 4);
+  auto scatter = [&](std::size_t chunk) {
+    std::array<std::uint32_t, kMostParts + 1> at;
+    for (std::size_t part = 0; part <= kMostParts; ++part) at[part] = start_[part][chunk];
+    for_each_in_chunk(chunk, bounds,
+                      [&](const Spot& spot, std::uint32_t part) { spots_[at[part]++] = spot; });
+  };
+  run_tasks(threads, chunks, scatter);
+  auto sort = [&](std::size_t part) { sort_part(part); };
+  run_tasks(threads, cell_parts_, sort);
+  cell_start_[count_[0] * count_[1] * count_[2]] = in_cells_;
+  for (std::uint32_t at = in_cells_; at < next; ++at) order_[at] = spots_[at].object;
+  // Both squares and roundings: see the header of Probe.
+  const double reach = 2.0 * most_radius_;
+  doubt_ =
+      static_cast<float>(reach * reach * 0x1p-15 + 8.0 * reach * (farthest_ * kCoordinateGrowth + tiny_));
+  return true;
+}
+
+/// By counting into cells; objects of a cell keep their order.
+void ObjectGrid::sort_part(std::size_t part) noexcept {
+  const std::uint32_t rows = count_[1] * count_[2];
+  const auto first_row = static_cast<std::uint32_t>(part) << part_shift_;
+  const std::uint32_t first = first_row * count_[0];
+  const std::uint32_t last = std::min(rows, first_row + (1U << part_shift_)) * count_[0];
+  std::fill(cell_start_.begin() + first, cell_start_.begin() + last, 0U);
+  const std::uint32_t begin = part_start_[part], end = part_start_[part + 1];
+  for (std::uint32_t i = begin; i < end; ++i) ++cell_start_[spots_[i].cell];
+  // Sums say where cells end, and filling them from behind moves that to where they begin.
+  std::uint32_t sum = begin;
+  for (std::uint32_t cell = first; cell < last; ++cell) cell_start_[cell] = sum += cell_start_[cell];
+  for (std::uint32_t i = end; i-- > begin;) {
+    const Spot& spot = spots_[i];
+    const std::uint32_t at = --cell_start_[spot.cell];
+    x_[at] = spot.x, y_[at] = spot.y, z_[at] = spot.z, radius_[at] = spot.radius;
+    order_[at] = spot.object;
+  }
+}
+
+// Runs to one side alone: further along its own row, in rows of the same z beyond it and in those of greater
+// z.
+template <class Visit>
+void ObjectGrid::for_each_run(std::uint32_t at, std::uint32_t row, Visit visit) const noexcept {
+  const float reach = radius_[at] + most_radius_;
+  const std::uint32_t place = row_place_[row], y = place % count_[1], z = place / count_[1];
+  const std::uint32_t low = cell_at(x_[at] - reach, kCellsPerSide, 0);
+  const std::uint32_t high = cell_at(x_[at] + reach, kCellsPerSide, 0) + 1;
+  const std::uint32_t y_low = cell_at(y_[at] - reach, 1.0F, 1), y_high = cell_at(y_[at] + reach, 1.0F, 1);
+  const std::uint32_t z_high = cell_at(z_[at] + reach, 1.0F, 2);
+  visit(at + 1, cell_start_[row * count_[0] + high]);
+  for (std::uint32_t next_z = z; next_z <= z_high; ++next_z)
+    for (std::uint32_t next_y = next_z == z ? y + 1 : y_low; next_y <= y_high; ++next_y) {
+      const std::uint32_t first = row_at_[next_z * count_[1] + next_y] * count_[0];
+      visit(cell_start_[first + low], cell_start_[first + high]);
+    }
+}
+
+// Some objects, evenly over the cells, tell how many tests and pairs there will be.
+bool ObjectGrid::is_quick() const noexcept {
+  constexpr std::uint32_t kAsked = 512, kTested = 64;
+  constexpr double kMostTests = 4096.0;
+  if (in_cells_ == 0) return false;
+  const std::uint32_t asked = std::min(kAsked, in_cells_), cells = count_[0] * count_[1] * count_[2];
+  double tests = 0.0, tested = 0.0, pairs = 0.0;
+  for (std::uint32_t i = 0; i < asked; ++i) {
+    const std::uint32_t at = sampled(i, asked, in_cells_);
+    const auto cell =
+        static_cast<std::uint32_t>(std::upper_bound(cell_start_.begin(), cell_start_.begin() + cells, at) -
+                                   cell_start_.begin()) -
+        1;
+    const bool is_tested = i % (kAsked / kTested) == 0 && tests <= kMostTests * (i + 1);
+    Probe probe(*this, at);
+    auto meet = [&](std::uint32_t, bool) { pairs += 1.0; };
+    for_each_run(at, cell / count_[0], [&](std::uint32_t first, std::uint32_t end) {
+      if (first >= end) return;
+      tests += end - first;
+      if (is_tested) probe.test(first, end, meet);
+    });
+    probe.flush(meet);
+    tested += is_tested ? 1.0 : 0.0;
+  }
+  tests /= asked, pairs /= std::max(1.0, tested);
+  return tests <= kMostTests && pairs < 0.9 * PairList::kPairsPerObject &&
+         tests <= kTestsPerObject + kTestsPerPair * pairs;
+}
+
+void ObjectGrid::list_part(std::size_t part, const SolidBounds& bounds,
+                           PairList::Writer& writer) const noexcept {
+  if (part == cell_parts_) {
+    list_loose(bounds, writer);
+    return;
+  }
+  const std::uint32_t rows = count_[1] * count_[2];
+  const auto first_row = static_cast<std::uint32_t>(part) << part_shift_;
+  const std::uint32_t last_row = std::min(rows, first_row + (1U << part_shift_));
+  for (std::uint32_t row = first_row; row < last_row && !writer.is_full(); ++row) {
+    const std::uint32_t end = cell_start_[(row + 1) * count_[0]];
+    for (std::uint32_t at = cell_start_[row * count_[0]]; at < end; ++at) {
+      Probe probe(*this, at);
+      auto meet = [&](std::uint32_t other, bool is_sure) {
+        add(order_[at], order_[other], is_sure, bounds, writer);
+      };
+      for_each_run(at, row, [&](std::uint32_t first, std::uint32_t last) { probe.test(first, last, meet); });
+      probe.flush(meet);
+    }
+  }
+}
+
+/// Loose objects with those in cells, and among themselves.
+void ObjectGrid::list_loose(const SolidBounds& bounds, PairList::Writer& writer) const noexcept {
+  for (std::uint32_t at = in_cells_; at < in_cells_ + loose_ && !writer.is_full(); ++at) {
+    const std::uint32_t object = order_[at];
+    const auto add_pair = [&](std::uint32_t other) { add(object, other, false, bounds, writer); };
+    for_each_in_cells(bounds.object_spheres_W()[object], add_pair);
+    for (std::uint32_t other = at + 1; other < in_cells_ + loose_; ++other) add_pair(order_[other]);
+  }
+}
+
+/// @param is_sure the spheres touch.
+void ObjectGrid::add(std::uint32_t object, std::uint32_t other, bool is_sure, const SolidBounds& bounds,
+                     PairList::Writer& writer) const noexcept {
+  bool keeps = is_sure || bounds.may_pair(object, other);
+  if (keeps && !is_plain_)
+    keeps = !bounds.is_gone(object) && !bounds.is_gone(other) &&
+            !(bounds.is_static(object) && bounds.is_static(other)) &&
+            ((bounds.is_single(object) && bounds.is_single(other)) ||
+             overlap(bounds.object_box(object), bounds.object_box(other)));
+  writer.add(object, other, keeps);
+}
+
+ObjectGrid::Reach ObjectGrid::reach_of(const Sphere& sphere) const noexcept {
+  // Within float's range and far beyond the grid, where it tells nothing any more.
+  constexpr double kCoarse = 0x1p18;
+  double at[3], far = 0.0;
+  for (int k = 0; k < 3; ++k)
+    at[k] = (sphere.centre(axis_[k]) - origin_[k]) * per_metre_, far += std::abs(at[k]);
+  const double radius =
+      (sphere.radius + half_margin_) * per_metre_ * (1.0 + kGrowth) + (far * kCoordinateGrowth + tiny_);
+  Reach reach{};
+  reach.takes_all = !(far <= kCoarse && radius <= kCoarse);
+  if (reach.takes_all) {
+    reach.low = {0, 0, 0}, reach.high = {count_[0] - 1, count_[1] - 1, count_[2] - 1};
+    return reach;
+  }
+  reach.x = static_cast<float>(at[0]), reach.y = static_cast<float>(at[1]),
+  reach.z = static_cast<float>(at[2]);
+  reach.radius = static_cast<float>(radius);
+  for (int k = 0; k < 3; ++k) {
+    const float middle = static_cast<float>(at[k]), half = reach.radius + most_radius_;
+    const float per_side = k == 0 ? kCellsPerSide : 1.0F;
+    reach.low[k] = cell_at(middle - half, per_side, k), reach.high[k] = cell_at(middle + half, per_side, k);
+  }
+  return reach;
+}
+
+}  // namespace touchstone

@@ -1,0 +1,137 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "touchstone/contact_core/broadphase/native/float_lanes.hpp"
+#include "touchstone/contact_core/broadphase/native/pair_list.hpp"
+#include "touchstone/contact_core/broadphase/native/solid_bounds.hpp"
+#include "touchstone/contact_core/memory/growing_list.hpp"
+
+namespace touchstone {
+
+/// The spheres of all objects of a scene in a uniform grid, made anew by counting in each frame in which many
+/// objects move: cheaper than a tree where sizes and density are much the same. Whether they are is sampled
+/// in each scene. Some objects may be loose: giants, strays and those at no finite place are in no cell.
+///
+/// Cells stand in rows along the longest side of the scene, rows in square tiles, and objects in the order of
+/// their cells: so a sphere meets its neighbours in few runs of positions, four at a time.
+///
+/// Objects' places are floats, in sides of a cell. Radii are grown by more than all rounding, so that no pair
+/// is missed; pairs that floats cannot tell are left to SolidBounds::may_pair().
+class ObjectGrid {
+ public:
+  /// Parts of the objects that may be asked for their pairs on different threads, and their heaps.
+  static constexpr std::size_t kMostParts = PairList::kMostHeaps;
+
+  /// Cold. Room for this many objects.
+  void reserve(std::size_t objects);
+
+  /// Takes all objects of the scene where they are now, at poses. False: other means are quicker, and this
+  /// grid has nothing.
+  bool build(const SolidBounds& bounds, TaskRunner* threads) noexcept;
+  /// Objects were removed or became static since it was built: pairs are tested for that.
+  void note_changes() noexcept { is_plain_ = false; }
+
+  /// One for each run of rows, and one for loose objects.
+  std::size_t parts() const { return cell_parts_ + 1; }
+  /// Writes the pairs whose first object is in this part: each pair comes up in one part. In the same order
+  /// on any number of threads.
+  void list_part(std::size_t part, const SolidBounds& bounds, PairList::Writer& writer) const noexcept;
+
+  /// Calls visit(other) for all objects that may pair with one there, itself included if it is one of them.
+  template <class Visit>
+  void for_each_near(const Sphere& sphere, Visit visit) const noexcept {
+    for_each_in_cells(sphere, visit);
+    for (std::uint32_t at = in_cells_; at < in_cells_ + loose_; ++at) visit(order_[at]);
+  }
+
+ private:
+  static constexpr std::size_t kMostChunks = 128;
+  static constexpr std::uint32_t kLoosePart = kMostParts;  // past all parts of cells
+  static constexpr std::uint32_t kSamples = 1024;
+
+  /// Of an object: where its sphere is, in sides of a cell, and the cell.
+  struct Spot {
+    float x, y, z, radius;
+    std::uint32_t object, cell;
+  };
+  /// The cells and radii that a sphere may meet.
+  struct Reach {
+    float x, y, z, radius;
+    std::array<std::uint32_t, 3> low, high;
+    bool takes_all;  // of these cells: floats are too coarse
+  };
+  struct Sample;
+  class Probe;
+
+  template <class Visit>
+  void for_each_in_cells(const Sphere& sphere, Visit visit) const noexcept {
+    const Reach reach = reach_of(sphere);
+    for (std::uint32_t z = reach.low[2]; z <= reach.high[2]; ++z)
+      for (std::uint32_t y = reach.low[1]; y <= reach.high[1]; ++y) {
+        const std::uint32_t row = row_at_[z * count_[1] + y] * count_[0];
+        const std::uint32_t end = cell_start_[row + reach.high[0] + 1];
+        for (std::uint32_t at = cell_start_[row + reach.low[0]]; at < end; ++at)
+          if (reach.takes_all || meets(reach, at)) visit(order_[at]);
+      }
+  }
+
+  bool choose_cells(const SolidBounds& bounds) noexcept;
+  bool choose_side(const Sample& sample) noexcept;
+  bool fill(const SolidBounds& bounds, TaskRunner* threads) noexcept;
+  bool count_parts() noexcept;
+  void sort_part(std::size_t part) noexcept;
+  bool is_quick() const noexcept;
+  bool place(const Sphere& sphere, Spot& spot) const noexcept;
+  std::uint32_t part_of(std::uint32_t cell) const noexcept { return (cell / count_[0]) >> part_shift_; }
+  template <class Visit>
+  void for_each_in_chunk(std::size_t chunk, const SolidBounds& bounds, Visit visit) const noexcept;
+  Reach reach_of(const Sphere& sphere) const noexcept;
+  /// Calls visit(first, end) for the positions that the object at a position is tested with.
+  template <class Visit>
+  void for_each_run(std::uint32_t at, std::uint32_t row, Visit visit) const noexcept;
+  void list_loose(const SolidBounds& bounds, PairList::Writer& writer) const noexcept;
+  void add(std::uint32_t object, std::uint32_t other, bool is_sure, const SolidBounds& bounds,
+           PairList::Writer& writer) const noexcept;
+
+  bool meets(const Reach& reach, std::uint32_t at) const noexcept {
+    const float dx = x_[at] - reach.x, dy = y_[at] - reach.y, dz = z_[at] - reach.z;
+    const float sum = reach.radius + radius_[at];
+    return !((dx * dx + dy * dy) + dz * dz > sum * sum);
+  }
+  /// @param v in sides of a cell. @param per_side cells a side.
+  std::uint32_t cell_at(float v, float per_side, int axis) const noexcept {
+    const float last = static_cast<float>(count_[axis] - 1);
+    return static_cast<std::uint32_t>(std::min(std::max(v * per_side, 0.0F), last));
+  }
+
+  // The frame: of world coordinates axis_[0] runs along rows.
+  std::array<int, 3> axis_{0, 1, 2};
+  std::array<double, 3> origin_{};  // [m]
+  double per_metre_ = 1.0;          // sides of a cell
+  double half_margin_ = 0.0, tiny_ = 0.0;
+  double farthest_ = 0.0, largest_ = 0.0;        // coordinate and radius of what is not loose, in sides
+  float most_radius_ = 0.0F;                     // that is in a cell, grown as all are
+  float doubt_ = 0.0F;                           // squares nearer to each other than this tell nothing
+  std::array<std::uint32_t, 3> count_{1, 1, 1};  // of cells along a row, of rows along both others
+  std::uint32_t part_shift_ = 0;                 // from a row to its part
+  std::uint32_t cell_parts_ = 0, in_cells_ = 0, loose_ = 0, chunk_ = 1, objects_ = 0;
+  std::uint32_t frames_to_wait_ = 0;  // before it is tried again
+  bool is_plain_ = true;              // no pair is of static objects, gone ones or those of several solids
+  // By part, then by chunk of objects: how many there are, then where they begin.
+  std::array<std::array<std::uint32_t, kMostChunks>, kMostParts + 1> start_{};
+  std::array<std::uint32_t, kMostParts + 2> part_start_{};
+  std::array<float, kMostChunks> chunk_radius_{};
+  std::array<std::vector<double>, 4> samples_;
+
+  // By position: first as objects come by parts, then in order.
+  GrowingList<Spot> spots_;
+  GrowingList<float> x_, y_, z_, radius_;  // and four more, so that registers may be loaded at any position
+  GrowingList<std::uint32_t> order_;       // objects
+  GrowingList<std::uint32_t> cell_start_;  // positions, and the number of objects in cells
+  GrowingList<std::uint32_t> row_at_, row_place_;  // rows by place, z first, and back
+};
+
+}  // namespace touchstone
