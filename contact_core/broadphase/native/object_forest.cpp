@@ -143,7 +143,8 @@ void ObjectForest::update(std::span<const std::uint32_t> moved) noexcept {
     if (!one_by_one[i]) tree.renewal.stop(), refit(tree);
   }
   // Objects are placed one by one in trees of which few objects moved.
-  if (one_by_one[kMoving] || one_by_one[kStatic]) place_one_by_one(moved, one_by_one);
+  const bool any = (one_by_one[kMoving] && moves[kMoving] > 0) || (one_by_one[kStatic] && moves[kStatic] > 0);
+  if (any) place_one_by_one(moved, one_by_one);
   // Such trees also go on with their renewal.
   for (int i = 0; i < kTrees; ++i)
     if (one_by_one[i] && moves[i] > 0) renew(i, moves[i]);

@@ -52,17 +52,9 @@ class ObjectForest {
   bool for_each_partner(std::uint32_t object, std::uint32_t first, Visit visit) const noexcept {
     if (bounds_.is_gone(object)) return true;
     if (has_grid_) return for_each_in_grid(object, first, visit);
-    const Box box = bounds_.object_box(object);
-    const Sphere& sphere_W = bounds_.object_spheres_W()[object];
-    bool goes_on = true;
     for (int i = 0; i < (bounds_.is_static(object) ? kStatic : kTrees); ++i)
-      trees_[i].now.tree.for_each_from(first, box, [&](std::uint32_t other, std::uint32_t slot) {
-        if (!goes_on || other == object) return;
-        if (bounds_.on_paths() ? bounds_.paths_may_pair(object, other)
-                               : may_touch(sphere_W, sphere_at(i, slot), bounds_.margin()))
-          goes_on = visit(other);
-      });
-    return goes_on;
+      if (!for_each_in_tree(i, object, first, visit)) return false;
+    return true;
   }
 
  private:
@@ -86,6 +78,34 @@ class ObjectForest {
       if (bounds_.is_gone(other) || (bounds_.is_static(object) && bounds_.is_static(other))) return;
       goes_on = visit(other);
     });
+    return goes_on;
+  }
+
+  /// Spheres are tested a moment after they are found: they are fetched meanwhile.
+  template <class Visit>
+  bool for_each_in_tree(int i, std::uint32_t object, std::uint32_t first, Visit visit) const noexcept {
+    constexpr std::size_t kMost = 64;
+    std::array<std::array<std::uint32_t, 2>, kMost> found;  // objects and slots
+    std::size_t count = 0;
+    bool goes_on = true;
+    const Sphere& sphere_W = bounds_.object_spheres_W()[object];
+    const auto test = [&] {
+      for (std::size_t k = 0; k < count && goes_on; ++k) {
+        const auto [other, slot] = found[k];
+        if (bounds_.on_paths() ? bounds_.paths_may_pair(object, other)
+                               : may_touch(sphere_W, sphere_at(i, slot), bounds_.margin()))
+          goes_on = visit(other);
+      }
+      count = 0;
+    };
+    const auto keep = [&](std::uint32_t other, std::uint32_t slot) {
+      if (other == object || !goes_on) return;
+      __builtin_prefetch(&sphere_at(i, slot));
+      found[count++] = {other, slot};
+      if (count == kMost) test();
+    };
+    trees_[i].now.tree.for_each_from(first, bounds_.object_box(object), keep);
+    test();
     return goes_on;
   }
 

@@ -52,51 +52,63 @@ struct ObjectGrid::Sample {
   double objects;  // in the scene
 };
 
-/// One sphere against runs of positions, four at a time.
+/// One sphere against runs of positions, four at a time. Where d2 is a squared distance and s2 that of the
+/// grown radii's sum, all as floats: pairs whose d2 is above s2 do not touch, as growth is more than all
+/// rounding. Those whose d2 is below s2 by more than `doubt_` do: growth and rounding change d by less than
+/// doubt_ / (2 s).
 class ObjectGrid::Probe {
  public:
   Probe(const ObjectGrid& grid, std::uint32_t at)
-      : grid_(grid),
-        x_(all(grid.x_[at])),
-        y_(all(grid.y_[at])),
-        z_(all(grid.z_[at])),
-        radius_(all(grid.radius_[at])) {}
+      : xs_(grid.x_.data()),
+        ys_(grid.y_.data()),
+        zs_(grid.z_.data()),
+        radii_(grid.radius_.data()),
+        doubt_(grid.doubt_),
+        x_(all(xs_[at])),
+        y_(all(ys_[at])),
+        z_(all(zs_[at])),
+        radius_(all(radii_[at])) {}
 
-  /// Calls meet(position, is_sure) for those that it met since the last call.
+  /// Calls meet(position, is_sure) for those that it met in a run.
+  template <class Meet>
+  void test(std::uint32_t first, std::uint32_t end, Meet meet) noexcept {
+    while ((first = test_some(first, end)) < end) flush(meet);
+  }
+
+  /// The same of those that are left.
   template <class Meet>
   void flush(Meet meet) noexcept {
     for (; hits_ != 0; hits_ &= hits_ - 1) {
       const auto lane = static_cast<std::uint32_t>(std::countr_zero(hits_));
-      meet(first_[lane / 4] + lane % 4, slack_[lane] > grid_.doubt_);
+      meet(first_[lane / 4] + lane % 4, slack_[lane] > doubt_);
     }
     groups_ = 0;
-  }
-
-  template <class Meet>
-  void test(std::uint32_t first, std::uint32_t end, Meet meet) noexcept {
-    for (; first < end; first += 4) {
-      // Squares of reaches less those of distances.
-      const Floats dx = load_floats(grid_.x_.data() + first) - x_,
-                   dy = load_floats(grid_.y_.data() + first) - y_;
-      const Floats dz = load_floats(grid_.z_.data() + first) - z_;
-      const Floats sum = load_floats(grid_.radius_.data() + first) + radius_;
-      const Floats slack = sum * sum - ((dx * dx + dy * dy) + dz * dz);
-      const std::uint32_t lanes = end - first < 4 ? (1U << (end - first)) - 1 : 15U;
-      const std::uint32_t hit = lane_mask(slack >= 0.0F) & lanes;
-      // A group without hits is written over by the next one.
-      std::memcpy(slack_.data() + 4 * groups_, &slack, sizeof(slack));
-      first_[groups_] = first;
-      hits_ |= std::uint64_t{hit} << (4 * groups_);
-      groups_ += hit != 0 ? 1 : 0;
-      if (groups_ == kGroups) flush(meet);
-    }
   }
 
  private:
   static constexpr std::uint32_t kGroups = 16;
   static Floats all(float v) { return Floats{v, v, v, v}; }
 
-  const ObjectGrid& grid_;
+  /// Up to where there is no room for more hits.
+  std::uint32_t test_some(std::uint32_t first, std::uint32_t end) noexcept {
+    for (; first < end && groups_ < kGroups; first += 4) {
+      const Floats dx = load_floats(xs_ + first) - x_, dy = load_floats(ys_ + first) - y_;
+      const Floats dz = load_floats(zs_ + first) - z_;
+      const Floats sum = load_floats(radii_ + first) + radius_;
+      const Floats slack = sum * sum - ((dx * dx + dy * dy) + dz * dz);
+      const std::uint32_t lanes = 15U >> (4 - std::min(end - first, 4U));
+      const std::uint32_t hit = lane_mask(slack >= 0.0F) & lanes;
+      // A group without hits is written over by the next one.
+      std::memcpy(slack_.data() + 4 * groups_, &slack, sizeof(slack));
+      first_[groups_] = first;
+      hits_ |= std::uint64_t{hit} << (4 * groups_);
+      groups_ += hit != 0 ? 1 : 0;
+    }
+    return std::min(first, end);
+  }
+
+  const float *xs_, *ys_, *zs_, *radii_;
+  float doubt_;
   Floats x_, y_, z_, radius_;
   std::uint64_t hits_ = 0;
   std::uint32_t groups_ = 0;
@@ -167,7 +179,7 @@ bool ObjectGrid::choose_cells(const SolidBounds& bounds) noexcept {
 // The side of a cell that makes tests and runs fewest, if objects were spread evenly.
 bool ObjectGrid::choose_side(const Sample& sample) noexcept {
   const double reach = sample.mean_radius + sample.most_radius + sample.margin;
-  if (!(reach > 0x1p-500) || !(sample.extent[axis_[0]] < 0x1p500) || !(largest_ < 0x1p500)) return false;
+  if (!(reach > 0x1p-506) || !(sample.extent[axis_[0]] < 0x1p500) || !(largest_ < 0x1p500)) return false;
   const double most_cells = 2.0 * sample.objects;
   double least_cost = kInfinity, best = 0.0;
   for (double side = reach;; side *= 1.4142) {
@@ -289,7 +301,7 @@ bool ObjectGrid::fill(const SolidBounds& bounds, TaskRunner* threads) noexcept {
   run_tasks(threads, cell_parts_, sort);
   cell_start_[count_[0] * count_[1] * count_[2]] = in_cells_;
   for (std::uint32_t at = in_cells_; at < next; ++at) order_[at] = spots_[at].object;
-  // Both squares and roundings: see the header of Probe.
+  // Growth of both radii, in both squares, as Probe says.
   const double reach = 2.0 * most_radius_;
   doubt_ =
       static_cast<float>(reach * reach * 0x1p-15 + 8.0 * reach * (farthest_ * kCoordinateGrowth + tiny_));
@@ -319,18 +331,17 @@ void ObjectGrid::sort_part(std::size_t part) noexcept {
 // Runs to one side alone: further along its own row, in rows of the same z beyond it and in those of greater
 // z.
 template <class Visit>
-void ObjectGrid::for_each_run(std::uint32_t at, std::uint32_t row, Visit visit) const noexcept {
+void ObjectGrid::for_each_run(std::uint32_t at, const Row& row, Visit visit) const noexcept {
   const float reach = radius_[at] + most_radius_;
-  const std::uint32_t place = row_place_[row], y = place % count_[1], z = place / count_[1];
   const std::uint32_t low = cell_at(x_[at] - reach, kCellsPerSide, 0);
   const std::uint32_t high = cell_at(x_[at] + reach, kCellsPerSide, 0) + 1;
   const std::uint32_t y_low = cell_at(y_[at] - reach, 1.0F, 1), y_high = cell_at(y_[at] + reach, 1.0F, 1);
   const std::uint32_t z_high = cell_at(z_[at] + reach, 1.0F, 2);
-  visit(at + 1, cell_start_[row * count_[0] + high]);
-  for (std::uint32_t next_z = z; next_z <= z_high; ++next_z)
-    for (std::uint32_t next_y = next_z == z ? y + 1 : y_low; next_y <= y_high; ++next_y) {
-      const std::uint32_t first = row_at_[next_z * count_[1] + next_y] * count_[0];
-      visit(cell_start_[first + low], cell_start_[first + high]);
+  for (std::uint32_t z = row.z; z <= z_high; ++z)
+    for (std::uint32_t y = z == row.z ? row.y : y_low; y <= y_high; ++y) {
+      const std::uint32_t first = row_at_[z * count_[1] + y] * count_[0];
+      const bool is_own = y == row.y && z == row.z;
+      visit(is_own ? at + 1 : cell_start_[first + low], cell_start_[first + high]);
     }
 }
 
@@ -350,7 +361,7 @@ bool ObjectGrid::is_quick() const noexcept {
     const bool is_tested = i % (kAsked / kTested) == 0 && tests <= kMostTests * (i + 1);
     Probe probe(*this, at);
     auto meet = [&](std::uint32_t, bool) { pairs += 1.0; };
-    for_each_run(at, cell / count_[0], [&](std::uint32_t first, std::uint32_t end) {
+    for_each_run(at, row_of(cell / count_[0]), [&](std::uint32_t first, std::uint32_t end) {
       if (first >= end) return;
       tests += end - first;
       if (is_tested) probe.test(first, end, meet);
@@ -374,12 +385,17 @@ void ObjectGrid::list_part(std::size_t part, const SolidBounds& bounds,
   const std::uint32_t last_row = std::min(rows, first_row + (1U << part_shift_));
   for (std::uint32_t row = first_row; row < last_row && !writer.is_full(); ++row) {
     const std::uint32_t end = cell_start_[(row + 1) * count_[0]];
+    const Row place = row_of(row);
     for (std::uint32_t at = cell_start_[row * count_[0]]; at < end; ++at) {
       Probe probe(*this, at);
       auto meet = [&](std::uint32_t other, bool is_sure) {
-        add(order_[at], order_[other], is_sure, bounds, writer);
+        if (is_sure && is_plain_)
+          writer.add(order_[at], order_[other], true);
+        else
+          add(order_[at], order_[other], is_sure, bounds, writer);
       };
-      for_each_run(at, row, [&](std::uint32_t first, std::uint32_t last) { probe.test(first, last, meet); });
+      for_each_run(at, place,
+                   [&](std::uint32_t first, std::uint32_t last) { probe.test(first, last, meet); });
       probe.flush(meet);
     }
   }

@@ -63,6 +63,9 @@ class ObjectGrid {
     std::array<std::uint32_t, 3> low, high;
     bool takes_all;  // of these cells: floats are too coarse
   };
+  struct Row {
+    std::uint32_t y, z;
+  };
   struct Sample;
   class Probe;
 
@@ -91,7 +94,10 @@ class ObjectGrid {
   Reach reach_of(const Sphere& sphere) const noexcept;
   /// Calls visit(first, end) for the positions that the object at a position is tested with.
   template <class Visit>
-  void for_each_run(std::uint32_t at, std::uint32_t row, Visit visit) const noexcept;
+  void for_each_run(std::uint32_t at, const Row& row, Visit visit) const noexcept;
+  Row row_of(std::uint32_t row) const noexcept {
+    return {row_place_[row] % count_[1], row_place_[row] / count_[1]};
+  }
   void list_loose(const SolidBounds& bounds, PairList::Writer& writer) const noexcept;
   void add(std::uint32_t object, std::uint32_t other, bool is_sure, const SolidBounds& bounds,
            PairList::Writer& writer) const noexcept;

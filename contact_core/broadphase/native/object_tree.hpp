@@ -99,28 +99,26 @@ class ObjectTree {
   /// Fetches what refit_one() changes first.
   void prefetch(std::uint32_t slot) const noexcept { prefetch_node(nodes_[slot / kWidth]); }
 
-  /// Calls visit(b, slot of b) for every object b >= first whose box overlaps `box`.
+  /// Calls visit(b, slot of b) for every object b >= first whose box overlaps `box`. Level by level, so that
+  /// the nodes of a level are fetched while those before them are looked at.
   template <class Visit>
   void for_each_from(std::uint32_t first, const Box& box, Visit visit) const noexcept {
-    float low[3], high[3];
-    for (int i = 0; i < 3; ++i)
-      low[i] = frame_.to_float(box.low[i], i), high[i] = frame_.to_float(box.high[i], i);
-    const auto least = static_cast<std::int32_t>(first);
-    std::array<Entry, 64> stack;  // at most 16 levels for 2^32 objects, three siblings kept a level
-    std::size_t top = 0;
-    stack[top++] = root();
-    while (top > 0) {
-      const Entry entry = stack[--top];
-      const Node& node = at(entry);
-      Ints hit = node.highest_object >= least;
-      for (int i = 0; i < 3; ++i) hit &= (node.low[i] <= high[i]) & (node.high[i] >= low[i]);
-      for (std::uint32_t lanes = lane_mask(hit); lanes != 0; lanes &= lanes - 1) {
-        const auto k = static_cast<std::uint32_t>(std::countr_zero(lanes));
-        if (entry.level == 0)
-          visit(static_cast<std::uint32_t>(node.highest_object[k]), entry.index * kWidth + k);
-        else
-          prefetch_node(at(stack[top++] = {entry.level - 1, entry.index * kWidth + k}));
-      }
+    const Query query = query_of(first, box);
+    std::array<std::uint32_t, kFrontier> now{}, next;
+    std::size_t count = 1;
+    for (std::uint32_t level = levels(); level-- > 0 && count > 0;) {
+      std::size_t found = 0;
+      for (std::size_t i = 0; i < count; ++i)
+        for_each_hit(query, {level, now[i]}, visit, [&](const Entry& below) {
+          if (found == kFrontier) {
+            walk(query, below, visit);
+            return;
+          }
+          prefetch_node(at(below));
+          next[found++] = below.index;
+        });
+      now.swap(next);
+      count = found;
     }
   }
 
@@ -136,6 +134,49 @@ class ObjectTree {
  private:
   static constexpr std::uint32_t kLeavesPerTask = 512;
   static constexpr std::size_t kMostLevels = 17;
+
+  struct Query {
+    float low[3], high[3];
+    std::int32_t least;
+  };
+  /// Nodes of a level that are kept; below the others, one is looked at after the other.
+  static constexpr std::size_t kFrontier = 64;
+
+  Query query_of(std::uint32_t first, const Box& box) const noexcept {
+    Query query{};
+    for (int i = 0; i < 3; ++i) {
+      query.low[i] = frame_.to_float(box.low[i], i);
+      query.high[i] = frame_.to_float(box.high[i], i);
+    }
+    query.least = static_cast<std::int32_t>(first);
+    return query;
+  }
+
+  /// Calls visit(object, slot) or below(entry) for the children of a node that the query meets.
+  template <class Visit, class Below>
+  void for_each_hit(const Query& query, const Entry& entry, Visit& visit, Below below) const noexcept {
+    const Node& node = at(entry);
+    Ints hit = node.highest_object >= query.least;
+    for (int i = 0; i < 3; ++i) hit &= (node.low[i] <= query.high[i]) & (node.high[i] >= query.low[i]);
+    for (std::uint32_t lanes = lane_mask(hit); lanes != 0; lanes &= lanes - 1) {
+      const auto k = static_cast<std::uint32_t>(std::countr_zero(lanes));
+      const std::uint32_t child = entry.index * kWidth + k;
+      if (entry.level == 0)
+        visit(static_cast<std::uint32_t>(node.highest_object[k]), child);
+      else
+        below({entry.level - 1, child});
+    }
+  }
+
+  /// for_each_from() below one node.
+  template <class Visit>
+  void walk(const Query& query, const Entry& start, Visit& visit) const noexcept {
+    std::array<Entry, 64> stack;  // at most 16 levels for 2^32 objects, three siblings kept a level
+    std::size_t top = 0;
+    stack[top++] = start;
+    while (top > 0)
+      for_each_hit(query, stack[--top], visit, [&](const Entry& below) { stack[top++] = below; });
+  }
 
   static void prefetch_node(const Node& node) noexcept {
     const auto* const first = reinterpret_cast<const char*>(&node);
