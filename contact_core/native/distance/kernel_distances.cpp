@@ -37,6 +37,7 @@ Parallelepiped scaled_parallelepiped(const SolidSet& set, SolidIndex solid, int 
 bool vertices_decide(const DistanceRecord& record) { return record.state == DistanceState::exhausted; }
 
 /// Computes the distances of the pairs that `wanted` picks and replaces their records.
+/// @param measure (pairs, their slots in the batch, records)
 template <class Wanted, class Measure>
 void compute_picked(const Batch& batch, DistanceRecord* records, const Wanted& wanted,
                     const Measure& measure) {
@@ -45,7 +46,7 @@ void compute_picked(const Batch& batch, DistanceRecord* records, const Wanted& w
     if (wanted(i)) picked.add({batch.pairs[i].a, batch.pairs[i].b}, i);
   if (picked.count == 0) return;
   std::array<DistanceRecord, kBlock> found;
-  measure(std::span<const PairIndices>(picked.pairs).first(picked.count), found.data());
+  measure(std::span<const PairIndices>(picked.pairs).first(picked.count), picked.slots.data(), found.data());
   for (std::size_t i = 0; i < picked.count; ++i) records[picked.slots[i]] = found[i];
 }
 
@@ -62,13 +63,16 @@ void compute_scaled_distance(const SolidSet& set, const Kernels& kernels, const 
   const PairIndices indices{0, 1};
   if (kind_of(set, pair) == SolidKind::box) {
     const BoxRecord boxes[2] = {scaled(set.boxes[pair.a], exponent), scaled(set.boxes[pair.b], exponent)};
-    kernels.compute_box_distances(X, boxes, &indices, 1, &record);
+    DepthRecord depth = kNoDepth;
+    kernels.compute_box_depths(X, boxes, &indices, 1, &depth);
+    const bool has_axis = depth.certified == Certified::separated;
+    kernels.compute_box_distances(X, boxes, &indices, has_axis ? &depth.axis : nullptr, 1, &record);
     if (record.state != DistanceState::found)
       kernels.compute_box_distances_accurately(X, boxes, &indices, 1, &record);
   } else {
     const Parallelepiped shapes[2] = {scaled_parallelepiped(set, pair.a, exponent),
                                       scaled_parallelepiped(set, pair.b, exponent)};
-    kernels.compute_parallelepiped_distances(X, shapes, &indices, 1, &record);
+    kernels.compute_parallelepiped_distances(X, shapes, &indices, nullptr, 1, &record);
     if (record.state != DistanceState::found)
       kernels.compute_parallelepiped_distances_accurately(X, shapes, &indices, 1, &record);
   }
@@ -80,13 +84,13 @@ void compute_scaled_distance(const SolidSet& set, const Kernels& kernels, const 
 
 void compute_distances(const SolidSet& set, const Kernels& kernels, SolidKind kind,
                        std::span<const Pose> poses, std::span<const PairIndices> pairs,
-                       DistanceRecord* records) {
+                       const std::uint8_t* axes, DistanceRecord* records) {
   const PoseRecord* X_W = records_of(poses);
   if (kind == SolidKind::box)
-    kernels.compute_box_distances(X_W, set.boxes.data(), pairs.data(), pairs.size(), records);
+    kernels.compute_box_distances(X_W, set.boxes.data(), pairs.data(), axes, pairs.size(), records);
   else
-    kernels.compute_parallelepiped_distances(X_W, set.parallelepipeds.data(), pairs.data(), pairs.size(),
-                                             records);
+    kernels.compute_parallelepiped_distances(X_W, set.parallelepipeds.data(), pairs.data(), axes,
+                                             pairs.size(), records);
 }
 
 void compute_distances_accurately(const SolidSet& set, const Kernels& kernels, SolidKind kind,
@@ -113,21 +117,26 @@ void compute_batch_distances(const SolidSet& set, const Kernels& kernels, SolidK
   const auto is_certain = [&](std::size_t i) {
     return separated_too && depths[i].certified == Certified::separated;
   };
-  compute_picked(batch, records, is_certain, [&](Pairs pairs, DistanceRecord* out) {
-    compute_distances(set, kernels, kind, poses, pairs, out);
-  });
+  compute_picked(batch, records, is_certain,
+                 [&](Pairs pairs, const std::uint16_t* slots, DistanceRecord* out) {
+                   std::array<std::uint8_t, kBlock> axes;
+                   for (std::size_t i = 0; i < pairs.size(); ++i) axes[i] = depths[slots[i]].axis;
+                   compute_distances(set, kernels, kind, poses, pairs, axes.data(), out);
+                 });
   compute_picked(
       batch, records,
       [&](std::size_t i) {
         if (is_certain(i)) return records[i].state != DistanceState::found;
         return separated_too && decided[i] == Certified::separated;
       },
-      [&](Pairs pairs, DistanceRecord* out) {
+      [&](Pairs pairs, const std::uint16_t*, DistanceRecord* out) {
         compute_distances_accurately(set, kernels, kind, poses, pairs, out);
       });
   compute_picked(
       batch, records, [&](std::size_t i) { return is_certain(i) && vertices_decide(records[i]); },
-      [&](Pairs pairs, DistanceRecord* out) { compute_hull_distances(set, kernels, poses, pairs, out); });
+      [&](Pairs pairs, const std::uint16_t*, DistanceRecord* out) {
+        compute_hull_distances(set, kernels, poses, pairs, out);
+      });
 }
 
 bool finish_kernel_distance(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,

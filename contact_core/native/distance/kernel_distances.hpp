@@ -15,10 +15,11 @@ inline bool is_valid_if_separated(const DistanceRecord& record) {
 
 /// Distances of two boxes or parallelepipeds that are separated by more than rounding, by the kernels. Other
 /// records are not `found`; record i depends only on pair i.
-/// @param pairs all of the one kind, not `general`, in the order of comes_first().
+/// @param pairs all of the one kind, not `general`, in the order of comes_first(), certified as separated by
+/// their depths. @param axes DepthRecord::axis of each, or null: then each is searched for
 void compute_distances(const SolidSet& set, const Kernels& kernels, SolidKind kind,
                        std::span<const Pose> poses, std::span<const PairIndices> pairs,
-                       DistanceRecord* records);
+                       const std::uint8_t* axes, DistanceRecord* records);
 
 /// The same with exact products, for pairs that compute_distances() left undecided.
 void compute_distances_accurately(const SolidSet& set, const Kernels& kernels, SolidKind kind,

@@ -6,11 +6,15 @@
 namespace touchstone::native {
 namespace {
 
-/// Only pairs that are apart are withheld: a limit below 0, or none at all, is one of 0.
-NarrowphaseInput with_sound_limit(const NarrowphaseInput& input) {
-  NarrowphaseInput out = input;
-  if (!(out.query.max_separation >= 0.0)) out.query.max_separation = 0.0;
-  return out;
+/// Only pairs that are apart are withheld: a limit below 0, or none at all, is one of 0. The input is copied
+/// there alone: a copy waits for the caller's stores, as long as a pair takes to be certified.
+void compute_within_sound_limit(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
+                                const NarrowphaseOutput& output, std::span<ContactPoint> points) {
+  if (input.query.max_separation >= 0.0)
+    return compute_geometry(set, kernels, input, output.status, output.geometry, points);
+  NarrowphaseInput sound = input;
+  sound.query.max_separation = 0.0;
+  compute_geometry(set, kernels, sound, output.status, output.geometry, points);
 }
 
 }  // namespace
@@ -20,9 +24,9 @@ void evaluate(const SolidSet& set, const Kernels& kernels, const NarrowphaseInpu
   if (input.query.kind == QueryKind::overlap)
     overlap(set, kernels, input.pairs, input.poses, output.status, input.cache);
   else if (input.query.kind == QueryKind::distance)
-    compute_geometry(set, kernels, with_sound_limit(input), output.status, output.geometry, {});
+    compute_within_sound_limit(set, kernels, input, output, {});
   else
-    compute_geometry(set, kernels, with_sound_limit(input), output.status, output.geometry, output.points);
+    compute_within_sound_limit(set, kernels, input, output, output.points);
 }
 
 }  // namespace touchstone::native

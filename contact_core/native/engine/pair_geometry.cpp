@@ -41,16 +41,19 @@ OrderedPair ordered(const SolidSet& set, const SolidPair& pair, std::span<const 
   const Pose& X_WB = poses[pair.b];
   const double a = X_WA.p.x(), b = X_WB.p.x();
   const bool swapped = a == b ? !comes_first(set, pair, X_WA, X_WB) : a > b;
-  return {{swapped ? pair.b : pair.a, swapped ? pair.a : pair.b}, swapped};
+  // Without a branch, as in write().
+  const std::array<SolidIndex, 2> solids = {pair.a, pair.b};
+  return {{solids[swapped], solids[!swapped]}, swapped};
 }
 
 void write(const OrderedPair& ordered, double separation, const Vector3& n, const Vector3& p_A,
            PairGeometry& geometry) {
-  const Vector3 p_B = p_A + separation * n;
+  // Without a branch: whether a pair is swapped no predictor can guess.
+  const std::array<Vector3, 2> p = {p_A, p_A + separation * n};
   geometry.separation = separation;
-  geometry.n_AB_W = ordered.swapped ? Vector3(-n) : n;
-  geometry.p_A_W = ordered.swapped ? p_B : p_A;
-  geometry.p_B_W = ordered.swapped ? p_A : p_B;
+  geometry.n_AB_W = ordered.sign() * n;
+  geometry.p_A_W = p[ordered.swapped];
+  geometry.p_B_W = p[!ordered.swapped];
   geometry.point_count = 0;
 }
 
@@ -90,6 +93,11 @@ bool is_complete(const DepthRecord& record) {
   return record.certified == Certified::overlapping && record.known == DepthKnown::witness;
 }
 
+/// Writes the geometry of a pair whose depth is complete.
+void write_contact(const OrderedPair& pair, const DepthRecord& record, PairGeometry& geometry) {
+  write(pair, record.separation, vector_of(record.n), vector_of(record.p_A), geometry);
+}
+
 /// Writes the geometry of a certainly separated pair.
 void write_separated(const OrderedPair& pair, const DistanceRecord& record, const NarrowphaseInput& input,
                      PairGeometry& geometry) {
@@ -106,12 +114,12 @@ bool is_out_of_reach(const DepthRecord& record, const Query& query) {
 }
 
 /// Evaluates one pair in stages, the cheapest first. A stage returns the pair's status where it
-/// settles the pair, and leaves what it found to the next one where it does not.
+/// settles the pair, and leaves what it found to the next one where it does not. Records stay where the
+/// kernels wrote them: a copy of one just written waits for its stores.
 class PairEvaluation {
  public:
   PairEvaluation(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
-                 const OrderedPair& given, const DepthRecord& depth, const DistanceRecord& distance,
-                 Certified decided)
+                 const OrderedPair& given, DepthRecord& depth, DistanceRecord& distance, Certified decided)
       : set_(set),
         kernels_(kernels),
         input_(input),
@@ -174,7 +182,7 @@ class PairEvaluation {
     if (has_depth_ || has_distance()) return;
     is_ordinary_ = is_ordinary(set_, given_.pair.a, X_WA(), given_.pair.b, X_WB());
     // Magnitudes that kernels do not take: the same pair scaled by a power of two.
-    if (!is_ordinary_) depth_ = scaled_pair_depth(set_, kernels_, given_.pair, input_.poses);
+    if (!is_ordinary_) find_scaled_pair_depth(set_, kernels_, given_.pair, input_.poses, depth_);
     if (is_ordinary_ && !is_general() && is_undecided()) {
       if (kind_ == SolidKind::box)
         certified_ = certify_touching_pair(set_, kernels_, given_.pair, input_.poses);
@@ -189,7 +197,7 @@ class PairEvaluation {
 
   Outcome write_depth(PairGeometry& geometry, const ContactPoint* points) const {
     if (!has_depth_) return std::nullopt;
-    write(given_, depth_.separation, vector_of(depth_.n), vector_of(depth_.p_A), geometry);
+    write_contact(given_, depth_, geometry);
     return points == nullptr ? Outcome(PairStatus::overlapping) : std::nullopt;
   }
 
@@ -231,8 +239,8 @@ class PairEvaluation {
   Outcome compute_hulls(PairGeometry& geometry, const ContactPoint* points) {
     if (!is_placed_) place_pair();
     if (!is_general() || has_distance()) return std::nullopt;
-    depth_ =
-        hull_depth(set_, kernels_, given_.pair, placed_, std::max(norm_inf(X_WA().p), norm_inf(X_WB().p)));
+    find_hull_depth(set_, kernels_, given_.pair, placed_, std::max(norm_inf(X_WA().p), norm_inf(X_WB().p)),
+                    depth_);
     if (!is_ordinary_) depth_.certified = Certified::unknown;
     if (is_beyond(geometry) || try_distance(geometry, points)) return PairStatus::separated;
     return std::nullopt;
@@ -281,8 +289,8 @@ class PairEvaluation {
   const Kernels& kernels_;
   const NarrowphaseInput& input_;
   const OrderedPair& given_;
-  DepthRecord depth_;
-  DistanceRecord distance_;
+  DepthRecord& depth_;
+  DistanceRecord& distance_;
   SolidKind kind_ = SolidKind::general;
   Certified certified_;     ///< by comparison of coordinates, or exactly
   bool has_depth_ = false;  ///< the record of the depth is complete, and overlapping
@@ -389,20 +397,29 @@ void sort_by_kind(const SolidSet& set, std::span<const Pose> poses, std::span<co
   }
 }
 
+/// One of a batch, from its records.
+PairStatus finish_pair(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
+                       const OrderedPair& pair, DepthRecord& depth, DistanceRecord& distance,
+                       Certified decided, PairGeometry& geometry, ContactPoint* points, ClipBatch& clips) {
+  if (!has_finite_poses(pair.pair, input.poses)) return fail(geometry);
+  // Most pairs in contact need none of the stages.
+  if (is_complete(depth)) {
+    write_contact(pair, depth, geometry);
+    if (points) clips.add(pair, kind_of(set, pair.pair), geometry, points);
+    return PairStatus::overlapping;
+  }
+  return PairEvaluation(set, kernels, input, pair, depth, distance, decided).run(geometry, points, clips);
+}
+
 /// At most kBlock pairs.
 void compute_block(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
                    std::span<PairStatus> status, std::span<PairGeometry> geometry, ContactPoint* points,
                    std::size_t slots) {
   std::array<OrderedPair, kBlock> pairs;
   ClipBatch clips(set, kernels, input);
-  const auto finish = [&](std::size_t i, const DepthRecord& depth, const DistanceRecord& distance,
-                          Certified decided) {
-    if (!has_finite_poses(pairs[i].pair, input.poses)) {
-      status[i] = fail(geometry[i]);
-      return;
-    }
-    status[i] = PairEvaluation(set, kernels, input, pairs[i], depth, distance, decided)
-                    .run(geometry[i], points ? points + i * slots : nullptr, clips);
+  const auto finish = [&](std::size_t i, DepthRecord& depth, DistanceRecord& distance, Certified decided) {
+    status[i] = finish_pair(set, kernels, input, pairs[i], depth, distance, decided, geometry[i],
+                            points ? points + i * slots : nullptr, clips);
   };
   // Pairs by kind, each in the order of comes_first().
   const std::size_t count = input.pairs.size();
@@ -441,22 +458,16 @@ void compute_block(const SolidSet& set, const Kernels& kernels, const Narrowphas
       if (depth || points)
         prefetch_general(set, {others.pairs[next].a, others.pairs[next].b}, depth, points != nullptr);
     }
-    finish(others.slots[i], kNoDepth, records.distance[i], Certified::unknown);
+    records.depth[i] = kNoDepth;
+    finish(others.slots[i], records.depth[i], records.distance[i], Certified::unknown);
   }
 }
 
-/// pair_depth(), except that boxes which a quicker kernel certifies as separated get no more than that
-/// certificate; pair_depth() would certify them too, by a finer margin on the same axes.
-DepthRecord single_pair_depth(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
-                              std::span<const Pose> poses) {
-  if (kind_of(set, pair) == SolidKind::box) {
-    const PoseRecord* X_W = records_of(poses);
-    DepthRecord record = kNoDepth;
-    record.certified =
-        kernels.certify_box_pair(X_W[pair.a], set.boxes[pair.a], X_W[pair.b], set.boxes[pair.b]);
-    if (record.certified == Certified::separated) return record;
-  }
-  return pair_depth(set, kernels, pair, poses);
+/// @param only_contacts boxes that are apart get no more than the certificate.
+void find_single_depth(const SolidSet& set, const Kernels& kernels, SolidKind kind, const SolidPair& pair,
+                       std::span<const Pose> poses, bool only_contacts, DepthRecord& out) {
+  if (kind != SolidKind::box) return find_pair_depth(set, kernels, pair, poses, out);
+  kernels.compute_box_pair_depth(records_of(poses), set.boxes.data(), {pair.a, pair.b}, only_contacts, &out);
 }
 
 PairStatus compute_single(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
@@ -464,11 +475,28 @@ PairStatus compute_single(const SolidSet& set, const Kernels& kernels, const Nar
   prefetch_general(set, input.pairs[0], true, points != nullptr);
   if (!has_finite_poses(input.pairs[0], input.poses)) return fail(geometry);
   const OrderedPair pair = ordered(set, input.pairs[0], input.poses);
-  const DepthRecord record = single_pair_depth(set, kernels, pair.pair, input.poses);
+  const SolidKind kind = kind_of(set, pair.pair);
+  DepthRecord record;
+  find_single_depth(set, kernels, kind, pair.pair, input.poses, !wants_distance(input.query), record);
+  // Most pairs that are apart end here where contacts alone are asked for.
+  if (is_out_of_reach(record, input.query)) {
+    write_beyond(geometry);
+    return PairStatus::separated;
+  }
+  // And most of the others in contact.
+  if (is_complete(record)) {
+    write_contact(pair, record, geometry);
+    if (points) clip_pair(set, kernels, input, pair, kind, geometry, points);
+    return PairStatus::overlapping;
+  }
   DistanceRecord distance = kNoDistance;
-  if (record.certified == Certified::separated && !is_out_of_reach(record, input.query)) {
+  if (record.certified == Certified::separated) {
     const PairIndices indices{pair.pair.a, pair.pair.b};
-    compute_distances(set, kernels, kind_of(set, pair.pair), input.poses, {&indices, 1}, &distance);
+    compute_distances(set, kernels, kind, input.poses, {&indices, 1}, &record.axis, &distance);
+    if (distance.state == DistanceState::found && points == nullptr) {
+      write_separated(pair, distance, input, geometry);
+      return PairStatus::separated;
+    }
   }
   ClipBatch clips(set, kernels, input);
   return PairEvaluation(set, kernels, input, pair, record, distance, Certified::unknown)

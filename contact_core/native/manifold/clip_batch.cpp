@@ -18,9 +18,49 @@ static_assert(offsetof(ContactPoint, feature_id) == offsetof(PointRecord, featur
 constexpr std::size_t kCorners = 8;
 
 /// Of the pair in the check's order.
-SignedDistance distance_of(const PairGeometry& geometry, bool swapped) {
-  if (swapped) return {geometry.separation, Vector3(-geometry.n_AB_W), geometry.p_B_W};
-  return {geometry.separation, geometry.n_AB_W, geometry.p_A_W};
+SignedDistance distance_of(const PairGeometry& geometry, const ClipTask& task) {
+  const Vector3* const p[2] = {&geometry.p_A_W, &geometry.p_B_W};
+  const double* const n = task.n_separation;
+  return {geometry.separation, {n[0], n[1], n[2]}, *p[task.swapped]};
+}
+
+int most_points(const NarrowphaseInput& input) {
+  return std::clamp(input.query.max_points, 1, kMaxManifoldPoints);
+}
+
+/// All but the place of its points.
+void set_task(const OrderedPair& pair, const PairGeometry& geometry, ClipTask& task) {
+  for (int k = 0; k < 3; ++k) task.n_separation[k] = pair.sign() * geometry.n_AB_W(k);
+  task.n_separation[3] = geometry.separation;
+  task.pair = {pair.pair.a, pair.pair.b};
+  task.swapped = pair.swapped;
+}
+
+void clip(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input, SolidKind kind,
+          std::span<const ClipTask> tasks, ClipRecord* out) {
+  const auto* const X_W = records_of(input.poses);
+  const double limit = input.query.max_point_separation;
+  if (kind == SolidKind::box)
+    kernels.clip_boxes(X_W, set.boxes.data(), tasks.data(), tasks.size(), limit, out);
+  else
+    kernels.clip_parallelepipeds(X_W, set.parallelepiped_edges.data(), tasks.data(), tasks.size(), limit,
+                                 out);
+}
+
+/// @param corners where the kernel wrote the task's
+void finish_task(const SolidSet& set, const NarrowphaseInput& input, const ClipTask& task,
+                 const ClipRecord& clipped, ContactPoint* corners, PairGeometry& geometry,
+                 ContactPoint* points) {
+  SignedDistance distance = distance_of(geometry, task);
+  if (!clipped.fits) {
+    PlacedPair placed;
+    place(set, {task.pair.a, task.pair.b}, input.poses[task.pair.a], input.poses[task.pair.b], true, placed);
+    distance.p_A = placed.from_world(distance.p_A);
+    write_manifold(placed, distance, task.swapped, input.query, geometry, points);
+    return;
+  }
+  geometry.point_count = finish_clip(distance, task.swapped, clipped, most_points(input), corners);
+  if (corners != points) std::copy(corners, corners + geometry.point_count, points);
 }
 
 }  // namespace
@@ -44,21 +84,25 @@ void write_manifold(const PlacedPair& placed, const SignedDistance& distance, bo
   }
 }
 
+void clip_pair(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
+               const OrderedPair& pair, SolidKind kind, PairGeometry& geometry, ContactPoint* points) {
+  std::array<ContactPoint, kCorners> scratch;
+  ContactPoint* const corners = most_points(input) == static_cast<int>(kCorners) ? points : scratch.data();
+  ClipTask task;
+  set_task(pair, geometry, task);
+  task.points = reinterpret_cast<PointRecord*>(corners);
+  ClipRecord clipped;
+  clip(set, kernels, input, kind, {&task, 1}, &clipped);
+  finish_task(set, input, task, clipped, corners, geometry, points);
+}
+
 ClipBatch::ClipBatch(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input)
-    : set_(set),
-      kernels_(kernels),
-      input_(input),
-      max_points_(std::clamp(input.query.max_points, 1, kMaxManifoldPoints)) {}
+    : set_(set), kernels_(kernels), input_(input), max_points_(most_points(input)) {}
 
 void ClipBatch::add(const OrderedPair& pair, SolidKind kind, PairGeometry& geometry, ContactPoint* points) {
   if (count_ == kMost || kind != kind_) run();
   kind_ = kind;
-  ClipTask& task = tasks_[count_];
-  const double sign = pair.swapped ? -1.0 : 1.0;
-  for (int k = 0; k < 3; ++k) task.n_separation[k] = sign * geometry.n_AB_W(k);
-  task.n_separation[3] = geometry.separation;
-  task.pair = {pair.pair.a, pair.pair.b};
-  task.swapped = pair.swapped;
+  set_task(pair, geometry, tasks_[count_]);
   geometry_[count_] = &geometry;
   points_[count_++] = points;
 }
@@ -70,31 +114,10 @@ void ClipBatch::run() {
   const auto corners_of = [&](std::size_t i) { return direct ? points_[i] : &scratch[i * kCorners]; };
   for (std::size_t i = 0; i < count_; ++i) tasks_[i].points = reinterpret_cast<PointRecord*>(corners_of(i));
   std::array<ClipRecord, kMost> clipped;
-  const auto* const X_W = records_of(input_.poses);
-  if (kind_ == SolidKind::box)
-    kernels_.clip_boxes(X_W, set_.boxes.data(), tasks_.data(), count_, input_.query.max_point_separation,
-                        clipped.data());
-  else
-    kernels_.clip_parallelepipeds(X_W, set_.parallelepiped_edges.data(), tasks_.data(), count_,
-                                  input_.query.max_point_separation, clipped.data());
-  for (std::size_t i = 0; i < count_; ++i) finish(i, clipped[i], corners_of(i));
+  clip(set_, kernels_, input_, kind_, std::span(tasks_).first(count_), clipped.data());
+  for (std::size_t i = 0; i < count_; ++i)
+    finish_task(set_, input_, tasks_[i], clipped[i], corners_of(i), *geometry_[i], points_[i]);
   count_ = 0;
-}
-
-void ClipBatch::finish(std::size_t i, const ClipRecord& clipped, ContactPoint* corners) {
-  const ClipTask& task = tasks_[i];
-  PairGeometry& geometry = *geometry_[i];
-  SignedDistance distance = distance_of(geometry, task.swapped);
-  if (!clipped.fits) {
-    PlacedPair placed;
-    place(set_, {task.pair.a, task.pair.b}, input_.poses[task.pair.a], input_.poses[task.pair.b], true,
-          placed);
-    distance.p_A = placed.from_world(distance.p_A);
-    write_manifold(placed, distance, task.swapped, input_.query, geometry, points_[i]);
-    return;
-  }
-  geometry.point_count = finish_clip(distance, task.swapped, clipped, max_points_, corners);
-  if (corners != points_[i]) std::copy(corners, corners + geometry.point_count, points_[i]);
 }
 
 }  // namespace touchstone::native

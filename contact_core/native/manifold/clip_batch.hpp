@@ -13,11 +13,19 @@ namespace touchstone::native {
 struct OrderedPair {
   SolidPair pair;
   bool swapped;
+
+  /// Of the caller's normal against this order's.
+  double sign() const { return 1.0 - 2.0 * static_cast<double>(swapped); }
 };
 
 /// Writes the manifold of a placed pair for the caller. @param geometry the pair's, its point_count is set.
 void write_manifold(const PlacedPair& placed, const SignedDistance& distance, bool swapped,
                     const Query& query, PairGeometry& geometry, ContactPoint* points);
+
+/// The manifold of one pair of boxes or parallelepipeds whose geometry is written and within the query's
+/// reach. @param kind of both, not general
+void clip_pair(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
+               const OrderedPair& pair, SolidKind kind, PairGeometry& geometry, ContactPoint* points);
 
 /// Gathers boxes and parallelepipeds whose geometry is known for the clipping kernel, a few at a time. The
 /// destructor writes the rest.
@@ -34,7 +42,6 @@ class ClipBatch {
 
  private:
   void run();
-  void finish(std::size_t i, const ClipRecord& clipped, ContactPoint* corners);
 
   static constexpr std::size_t kMost = 32;
 

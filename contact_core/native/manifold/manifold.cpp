@@ -68,7 +68,9 @@ int face_name(const SolidFeatures& solid, int face) {
 }
 
 /// The point on A: the second where points are those of (b, a).
-const Vector3& on_a(const ContactPoint& point, bool swapped) { return swapped ? point.p_B_W : point.p_A_W; }
+const Vector3& on_a(const ContactPoint& point, bool swapped) {
+  return *std::array{&point.p_A_W, &point.p_B_W}[swapped];
+}
 
 /// Keeps `room` of the points, `must` among them unless it is negative.
 void reduce(const Vector3& n, bool swapped, int room, int must, Points& points) {
@@ -89,9 +91,9 @@ void reduce(const Vector3& n, bool swapped, int room, int must, Points& points) 
 /// @param has_deepest whether points.deepest is as deep as the pair.
 int finish(const SignedDistance& distance, bool swapped, bool has_deepest, int max_points, Points& points) {
   const auto set = [&distance, swapped](const Vector3& p_A, ContactPoint& point) {
-    const Vector3 p_B = p_A + distance.separation * distance.n, p = p_A;
-    point.p_A_W = swapped ? p_B : p;
-    point.p_B_W = swapped ? p : p_B;
+    const std::array<Vector3, 2> p = {p_A, p_A + distance.separation * distance.n};
+    point.p_A_W = p[swapped];
+    point.p_B_W = p[!swapped];
     point.separation = distance.separation;
   };
   if (has_deepest) {

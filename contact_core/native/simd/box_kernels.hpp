@@ -29,9 +29,24 @@ struct Rows {
   Double4 x, y, z;
 };
 
+/// out[i][j] = in[j][i], three by three.
+TOUCHSTONE_INLINE void transpose_three(const Double4 (&in)[3], Double4 (&out)[3]) {
+  const Double4 low = __builtin_shufflevector(in[0], in[1], 0, 4, 1, 5);
+  const Double4 high = __builtin_shufflevector(in[0], in[1], 2, 6, 3, 7);
+  out[0] = __builtin_shufflevector(low, in[2], 0, 1, 4, 7);
+  out[1] = __builtin_shufflevector(low, in[2], 2, 3, 5, 7);
+  out[2] = __builtin_shufflevector(high, in[2], 0, 1, 6, 7);
+}
+
+/// With the last lane zero.
+TOUCHSTONE_INLINE Double4 three_of(Double4 p) { return __builtin_shufflevector(p, Double4{}, 0, 1, 2, 7); }
+
 TOUCHSTONE_INLINE Rows rows_of(const PoseRecord& X) {
-  const double* R = X.R;
-  return {Double4{R[0], R[3], R[6], 0.0}, Double4{R[1], R[4], R[7], 0.0}, Double4{R[2], R[5], R[8], 0.0}};
+  const auto* const R = (const double*)&X;
+  const Double4 columns[3] = {load<Double4>(R), load<Double4>(R + 3), three_of(load<Double4>(R + 6))};
+  Double4 rows[3];
+  transpose_three(columns, rows);
+  return {rows[0], rows[1], rows[2]};
 }
 
 TOUCHSTONE_INLINE Double4 times(const Rows& R, double x, double y, double z) {

@@ -169,9 +169,10 @@ TOUCHSTONE_INLINE unsigned long long write_pair_corners(const PairContact& conta
   const Vector3Of<Double4> across = separation * contact.n;
   const Vector3Of<Double4> on_this = p + contact.p_WA;
   const Vector3Of<Double4> on_other = (solid == 1 ? p - across : p + across) + contact.p_WA;
-  const bool this_first = (solid == 1) == contact.swapped;
-  const Vector3Of<Double4> first = this_first ? on_this : on_other;
-  const Vector3Of<Double4> second = this_first ? on_other : on_this;
+  // Without a branch: whether a pair is swapped no predictor can guess.
+  const Mask4 this_first = Mask4{} - static_cast<long long>((solid == 1) == contact.swapped);
+  const Vector3Of<Double4> first = select<Double4>(this_first, on_this, on_other);
+  const Vector3Of<Double4> second = select<Double4>(this_first, on_other, on_this);
   double *head[4], *tail[4];
   for (int e = 0; e < 4; ++e) {
     head[e] = (double*)&points[2 * kFirst + e][0];

@@ -22,15 +22,6 @@ TOUCHSTONE_INLINE Vector3Of<Double4> normals_of(const Vector3Of<Double4>& d) {
                Vector3Of<Double4>{after_next(d.x), after_next(d.y), after_next(d.z)});
 }
 
-/// out[i][j] = in[j][i], three by three.
-TOUCHSTONE_INLINE void transpose_three(const Double4 (&in)[3], Double4 (&out)[3]) {
-  const Double4 low = __builtin_shufflevector(in[0], in[1], 0, 4, 1, 5);
-  const Double4 high = __builtin_shufflevector(in[0], in[1], 2, 6, 3, 7);
-  out[0] = __builtin_shufflevector(low, in[2], 0, 1, 4, 7);
-  out[1] = __builtin_shufflevector(low, in[2], 2, 3, 5, 7);
-  out[2] = __builtin_shufflevector(high, in[2], 0, 1, 6, 7);
-}
-
 /// Both boxes. By axis in lanes: directions and normals; in all lanes: one coordinate, or one half-extent.
 struct BoxPair {
   Vector3Of<Double4> direction[2], normal[2];
@@ -63,11 +54,11 @@ struct PairSearch {
     store(L2, length2 + first), store(overlap_of, overlap + first);  // the next covers the last lane
   }
 
-  /// Of the least overlap; later axes only where they are less.
+  /// Of the least overlap, or the greatest gap; later axes only where they are better.
   TOUCHSTONE_INLINE void choose() {
     double best_square = __builtin_inf(), best_length2 = 1.0;
     for (int k = 0; k < 15; ++k) {
-      const double square = overlap[k] * overlap[k];
+      const double square = overlap[k] * __builtin_fabs(overlap[k]);
       if (!(square * best_length2 < best_square * length2[k])) continue;
       best_square = square, best_length2 = length2[k], code = k;
     }
@@ -77,7 +68,7 @@ struct PairSearch {
 /// Refines short axes of edges, as AxisSearch::add_short(): of each of A's edges no more than one of B's is
 /// that near to parallel, so one lane is enough for each. @param which the edge of B, or -1 @return slacks
 TOUCHSTONE_INLINE Double4 refine_pair_axes(const BoxPair& boxes, const double* R_WB, const int (&which)[3],
-                                           Double4 tie, PairSearch& search) {
+                                           Double4 tie, Double4 margin, PairSearch& search) {
   // A lane for each edge of A, with its partner of B.
   Vector3Of<Double4> b = {};
   for (int i = 0; i < 3; ++i) {
@@ -93,7 +84,9 @@ TOUCHSTONE_INLINE Double4 refine_pair_axes(const BoxPair& boxes, const double* R
   const Double4 infinity = all<Double4>(__builtin_inf()), length = square_root(fine.L2);
   const Mask4 none = fine.L2 <= all<Double4>(kNoAxis2);
   const Double4 turn = turn_by(fine.L);
-  const Double4 overlap = none ? infinity : greatest(fine.slack, Double4{}) + tie * length;
+  const Mask4 counts = (fine.slack < -margin * length) & (fine.L2 > all<Double4>(kThinSquare));
+  const Double4 overlap =
+      none ? infinity : (counts ? fine.slack : greatest(fine.slack, Double4{}) + tie * length);
   Double4 slack = none ? infinity : fine.slack / length;
   for (int i = 0; i < 3; ++i) {
     if (which[i] < 0) {
@@ -112,9 +105,11 @@ TOUCHSTONE_INLINE double least_of_three(Double4 p) {
   return least_01 < p[2] ? least_01 : p[2];
 }
 
+/// @param stop_apart whether the search may end at the first solid of whose faces one separates
 TOUCHSTONE_INLINE void search_pair_axes(const BoxPair& boxes, const double* R_WB, double tie_of,
-                                        PairSearch& search) {
-  const Double4 tie = all<Double4>(tie_of), infinity = all<Double4>(__builtin_inf());
+                                        double margin_of, bool stop_apart, PairSearch& search) {
+  const Double4 tie = all<Double4>(tie_of), margin = all<Double4>(margin_of);
+  const Double4 infinity = all<Double4>(__builtin_inf());
   // a_b[j]: |normal i of A . direction j of B|, lanes i; b_a[i]: |normal j of B . direction i of A|, lanes j.
   Double4 a_b[3], b_a[3], by_b[3];
   for (int k = 0; k < 3; ++k) a_b[k] = magnitude(dot(boxes.normal[0], boxes.each[1][k]));
@@ -128,7 +123,13 @@ TOUCHSTONE_INLINE void search_pair_axes(const BoxPair& boxes, const double* R_WB
     const Double4 slack =
         (boxes.extents[s] * boxes.volume[s] + reach) - magnitude(dot(boxes.normal[s], boxes.T));
     least_slack = least(least_slack, slack);
-    search.keep(3 * s, dot(boxes.normal[s], boxes.normal[s]), greatest(slack, Double4{}));
+    search.keep(3 * s, dot(boxes.normal[s], boxes.normal[s]),
+                slack < -margin ? slack : greatest(slack, Double4{}));
+  }
+  // Most pairs that are apart are so along a face's normal.
+  if (stop_apart && (bits(least_slack < -margin) & 7u) != 0) {
+    search.least_slack = least_of_three(least_slack);
+    return;
   }
   const Double4(&half_a)[3] = boxes.half[0];
   const Double4 next_b = next(boxes.extents[1]), after_b = after_next(boxes.extents[1]);
@@ -146,9 +147,11 @@ TOUCHSTONE_INLINE void search_pair_axes(const BoxPair& boxes, const double* R_WB
     any_short |= shorts;
     if ((bits(none) & 7u) != 0) search.turn = search.turn + (none ? turn_by(L) : Double4{});
     least_slack = least(least_slack, is_short ? infinity : slack);
-    search.keep(6 + 3 * i, L2, none ? infinity : greatest(slack, Double4{}) + tie);
+    search.keep(6 + 3 * i, L2,
+                none ? infinity : (slack < -margin ? slack : greatest(slack, Double4{}) + tie));
   }
-  if (any_short != 0) least_slack = least(least_slack, refine_pair_axes(boxes, R_WB, which, tie, search));
+  if (any_short != 0)
+    least_slack = least(least_slack, refine_pair_axes(boxes, R_WB, which, tie, margin, search));
   search.least_slack = least_of_three(least_slack);
   search.choose();
 }
@@ -233,28 +236,32 @@ TOUCHSTONE_INLINE void depth_along_axis(const PoseRecord* const (&X)[2], const B
   write<Double2>(depth_along<BoxSolid<Double2>, Double2>(A, normal_a, B, normal_b, scale, search), 1, out);
 }
 
-TOUCHSTONE_INLINE void compute_box_pair_depth(const PoseRecord& X_WA, const BoxRecord& a,
-                                              const PoseRecord& X_WB, const BoxRecord& b, DepthRecord* out) {
+TOUCHSTONE_INLINE void compute_box_pair_depth_inline(const PoseRecord& X_WA, const BoxRecord& a,
+                                                     const PoseRecord& X_WB, const BoxRecord& b,
+                                                     bool only_contacts, DepthRecord* out) {
   const PoseRecord* const X[2] = {&X_WA, &X_WB};
   const BoxRecord* const box[2] = {&a, &b};
   const BoxPair boxes(X, box);
   const double size = (a.reach + b.reach) + sum(boxes.T)[0];
   const double position = largest_of(X_WA.p) + largest_of(X_WB.p);
   const double unit_size = kU * size, unit_position = kU * position;
-  PairSearch search;
-  search_pair_axes(boxes, X_WB.R, kTieRoundoffs * unit_size, search);
   const double margin = kParallelepipedRoundoffs * unit_size + kPositionRoundoffs * unit_position;
+  PairSearch search;
+  search_pair_axes(boxes, X_WB.R, kTieRoundoffs * unit_size, margin, only_contacts, search);
   const bool ordinary = size + position < kOrdinaryHigh;
   const double turn = (search.turn[0] + search.turn[1]) + search.turn[2];
   const bool separated = search.least_slack < -margin && ordinary;
   out->certified = verdict(separated, search.least_slack > margin + turn * size && ordinary);
   out->known = DepthKnown::nothing;
+  out->axis = static_cast<std::uint8_t>(search.code);
   if (!ordinary || separated) return;
   if (search.code >= 6) return depth_along_axis(X, box, search, out);
   const PairDepth depth = depth_along_face(X, boxes, search.code, kLevelRoundoffs * unit_size,
                                            kWitnessRoundoffs * (unit_size + unit_position));
-  out->separation = depth.separation;
-  for (int k = 0; k < 3; ++k) out->n[k] = depth.n[k], out->p_A[k] = depth.p_A[k];
+  // In two stores, each of which whole vectors may be loaded from at once.
+  store(Double4{depth.separation, depth.n[0], depth.n[1], depth.n[2]}, (double*)out);
+  store(__builtin_shufflevector(depth.p_A, depth.p_A, 0, 1), out->p_A);
+  out->p_A[2] = depth.p_A[2];
   out->known = depth_known(true, depth.has_witness);
 }
 

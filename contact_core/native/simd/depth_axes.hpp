@@ -19,6 +19,8 @@ constexpr double kSineRoundoffs = 8.0;
 constexpr double kNoAxis2 = 64 * kU * kU;
 /// Short of which an axis from rounded products is off by less than what is missing to that.
 constexpr double kSurelyNoAxis2 = 16 * kU * kU;
+/// Edges at a sine below 2^-10 span no facet that distance_kernels.hpp takes from rounded products.
+constexpr double kThinSquare = 0x1p-20;
 
 // ---- The solids in lanes
 
@@ -116,26 +118,34 @@ struct SearchedAxis {
   Vector3Of<Pack> L;
   Pack slack;
   Pack L2;
-  Pack overlap;  ///< times |L|, with its handicap
+  Pack overlap;  ///< times |L|, with its handicap; beyond the margin below 0
 };
+
+/// Square with the sign of `overlap`.
+template <class Pack>
+TOUCHSTONE_INLINE Pack signed_square(Pack overlap) {
+  return overlap * magnitude(overlap);
+}
 
 template <class Pack>
 struct AxisSearch {
   Pack slack_error, tie, margin;
   Pack least_slack = all<Pack>(__builtin_inf());
   Pack turn[3] = {};  // by B's edge
-  // Of the least overlap so far: (overlap |L|)^2 and |L|^2.
+  // Of the least overlap so far: (overlap |L|)^2 with its sign, and |L|^2.
   Pack best_square = all<Pack>(__builtin_inf());
   Pack best_length2 = all<Pack>(1.0);
   Pack code = Pack{};
 
   TOUCHSTONE_INLINE void add_face(const Vector3Of<Pack>& L, Pack slack, double number) {
-    SearchedAxis<Pack> axis = {L, slack, dot(L, L), greatest(slack, Pack{})};
+    const MaskOf<Pack> is_apart = slack < -margin;
+    SearchedAxis<Pack> axis = {L, slack, dot(L, L), is_apart ? slack : greatest(slack, Pack{})};
     const MaskOf<Pack> is_short = axis.L2 < all<Pack>(kShortAxis2);
     least_slack = least(least_slack, slack);
     if (__builtin_expect(bits(is_short) != 0, 0)) {
       const Pack uncertain = greatest(slack - slack_error, Pack{});
-      axis.overlap = is_short ? uncertain : axis.overlap;
+      const MaskOf<Pack> counts = is_apart & (axis.L2 > all<Pack>(kThinSquare));
+      axis.overlap = is_short ? (counts ? slack : uncertain) : axis.overlap;
       axis.overlap = axis.L2 <= all<Pack>(kNoAxis2) ? all<Pack>(__builtin_inf()) : axis.overlap;
     }
     choose(axis, number);
@@ -144,7 +154,7 @@ struct AxisSearch {
   /// @param refine the same axis from exact products
   template <class Refine>
   TOUCHSTONE_INLINE void add_edges(const Vector3Of<Pack>& L, Pack slack, int i, int j, const Refine& refine) {
-    SearchedAxis<Pack> axis = {L, slack, dot(L, L), greatest(slack, Pack{}) + tie};
+    SearchedAxis<Pack> axis = {L, slack, dot(L, L), slack < -margin ? slack : greatest(slack, Pack{}) + tie};
     const MaskOf<Pack> is_short = axis.L2 < all<Pack>(kShortAxis2);
     if (__builtin_expect(bits(is_short) != 0, 0)) {
       const MaskOf<Pack> none = axis.L2 <= all<Pack>(kSurelyNoAxis2);
@@ -164,13 +174,14 @@ struct AxisSearch {
     const Pack slack = is_short ? refined.slack / length : axis.slack;
     least_slack = none ? least_slack : least(least_slack, slack);
     turn_j = turn_j + (none ? turn_by(select<Pack>(surely_none, axis.L, refined.L)) : Pack{});
-    const Pack overlap = greatest(refined.slack, Pack{}) + tie * length;
+    const MaskOf<Pack> counts = (refined.slack < -margin * length) & (refined.L2 > all<Pack>(kThinSquare));
+    const Pack overlap = counts ? refined.slack : greatest(refined.slack, Pack{}) + tie * length;
     axis.overlap = is_short ? (none ? all<Pack>(__builtin_inf()) : overlap) : axis.overlap;
     axis.L2 = is_short ? (surely_none ? axis.L2 : refined.L2) : axis.L2;
   }
 
   TOUCHSTONE_INLINE void choose(const SearchedAxis<Pack>& axis, double number) {
-    const Pack square = axis.overlap * axis.overlap;
+    const Pack square = signed_square(axis.overlap);
     const MaskOf<Pack> better = square * best_length2 < best_square * axis.L2;
     best_square = better ? square : best_square;
     best_length2 = better ? axis.L2 : best_length2;

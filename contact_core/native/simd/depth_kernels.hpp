@@ -28,7 +28,9 @@
 // face axes by 4 u size, so that ties are decided for faces. A face's axis with |L| < 2^-4, of
 // parallelepipeds, is never taken: when its overlap less E could be the least, the pair is left to scalar
 // code. The facet of an axis left out is no wider than 8 u times the shorter edge, so its neighbours are as
-// near to that.
+// near to that. Slacks below -m count as they are, so that a pair apart gets the axis along which it is
+// furthest apart, for its distance; no bound rests on that choice (distance_kernels.hpp verifies what it
+// finds).
 //
 // Depth. n = +-L / |L|; the vertices that support it are found by the signs of n . A_i and n . B_j, formed as
 // world_vertices() does, and the separation is n . (v_B - v_A): that of the hulls along n to e.
@@ -144,6 +146,11 @@ struct DepthScale {
   }
 };
 
+template <class Pack>
+TOUCHSTONE_INLINE MaskOf<Pack> certify_apart(const DepthScale<Pack>& scale, const AxisSearch<Pack>& search) {
+  return (search.least_slack < -search.margin) & (scale.size + scale.position < all<Pack>(kOrdinaryHigh));
+}
+
 /// Verdict, depth and witness points from the axis found. The axis holds for pairs that overlap, whether this
 /// or something else proves that they do.
 template <class Solid, class Pack>
@@ -153,7 +160,7 @@ TOUCHSTONE_INLINE DepthLanes<Pack> depth_along(const Solid& A, const Normals<Pac
   DepthLanes<Pack> out;
   const MaskOf<Pack> ordinary = scale.size + scale.position < all<Pack>(kOrdinaryHigh);
   const Pack turn = (search.turn[0] + search.turn[1]) + search.turn[2];
-  out.separated = (search.least_slack < -search.margin) & ordinary;
+  out.separated = certify_apart(scale, search);
   out.overlapping = (search.least_slack > search.margin + turn * scale.size) & ordinary;
   out.code = search.code;
 
@@ -196,6 +203,12 @@ TOUCHSTONE_INLINE DepthLanes<Pack> depth_lanes(const Solid& A, const Solid& B) {
   search.slack_error = scale.slack_error(), search.tie = scale.tie(), search.margin = scale.margin();
   const Normals<Pack> normal_a(A), normal_b(B);
   search_axes<Pack>(A, normal_a, B, normal_b, scale.T, search);
+  const MaskOf<Pack> separated = certify_apart(scale, search);
+  if (bits(~separated) == 0) {
+    DepthLanes<Pack> out{};
+    out.separated = separated, out.code = search.code;
+    return out;
+  }
   return depth_along<Solid, Pack>(A, normal_a, B, normal_b, scale, search);
 }
 
@@ -219,6 +232,7 @@ TOUCHSTONE_INLINE void write(const DepthLanes<Pack>& lanes, std::size_t count, D
     for (int k = 0; k < 3; ++k) record.n[k] = value[1 + k][l], record.p_A[k] = value[4 + k][l];
     record.certified = verdict(separated >> l & 1u, overlapping >> l & 1u);
     record.known = depth_known(has_axis >> l & 1u, has_witness >> l & 1u);
+    record.axis = static_cast<std::uint8_t>(code[l]);
   }
 }
 

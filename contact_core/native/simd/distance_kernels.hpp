@@ -1,15 +1,15 @@
 #pragma once
 
-#include "touchstone/contact_core/native/simd/exact_products.hpp"
-#include "touchstone/contact_core/native/simd/parallelepiped_kernels.hpp"
+#include "touchstone/contact_core/native/simd/depth_axes.hpp"
 
 // The distance of two separated boxes or parallelepipeds, in closed form, pairs in lanes.
 //
 // W = B - A is a zonotope: T + sum of s_m g_m, |s_m| <= 1, T from A's centre to B's, the generators g_m the
 // six half edges. Each of its facets is a parallelogram spanned by two generators (two of A or two of B: a
 // face against a vertex; one of each: edge against edge), and the point of W nearest the origin lies on the
-// facet whose plane has the origin furthest outside, or on that facet's rim, but for rare pairs. So: find
-// that facet (the separating-axis test on 15 axes), and on it the nearest point.
+// facet whose plane has the origin furthest outside, or on that facet's rim, but for rare pairs. So: take
+// that facet from the depth's search of 15 axes, which certified the pair as separated, or search for it; and
+// on it find the nearest point.
 //
 // That this is the nearest point of W is verified. Any n gives a lower bound, n . T - sum |n . g_m|
 // for |n| = 1, and any point of W an upper one. Inside the facet n is its normal, and the point must lie at
@@ -38,8 +38,6 @@ constexpr double kDistanceGap = 16 * kU;
 constexpr double kShortShare = 0x1p-6;
 /// Generators within 8 u of the facet's plane are taken to lie in it.
 constexpr double kInPlaneSquare = 0x1p-100;
-/// Facets of two generators at a sine below 2^-10 are skipped: their computed normals are meaningless.
-constexpr double kThinSquare = 0x1p-20;
 /// In the accurate pass 2^-50.
 constexpr double kThinnestSquare = 0x1p-100;
 /// Farther out than 2^12 of the pair's extent the vertices' rounding shows: the hulls are no parallelepipeds
@@ -121,6 +119,22 @@ struct FacetChoice {
   Pack first, second;
   MaskOf<Pack> outside;
 };
+
+/// Of an axis of the depth's search (DepthRecord::axis) the generators that span its facet.
+constexpr double kFacetOfAxis[2][15] = {{1, 0, 0, 4, 3, 3, 0, 0, 0, 1, 1, 1, 2, 2, 2},
+                                        {2, 2, 1, 5, 5, 4, 3, 4, 5, 3, 4, 5, 3, 4, 5}};
+
+/// @param axes of `count` pairs, the last of which fills the lanes beyond
+template <class Pack>
+TOUCHSTONE_INLINE FacetChoice<Pack> facets_of(const std::uint8_t* axes, std::size_t count) {
+  constexpr std::size_t kLanes = Traits<Pack>::lanes;
+  double first[kLanes], second[kLanes];
+  for (std::size_t l = 0; l < kLanes; ++l) {
+    const std::uint8_t axis = axes[l < count ? l : count - 1];
+    first[l] = kFacetOfAxis[0][axis], second[l] = kFacetOfAxis[1][axis];
+  }
+  return {load<Pack>(first), load<Pack>(second), ~MaskOf<Pack>{}};
+}
 
 template <bool accurate, class Pack>
 TOUCHSTONE_INLINE FacetChoice<Pack> choose_facet(const Zonotope<Pack>& W) {
@@ -396,11 +410,23 @@ TOUCHSTONE_INLINE DistanceState distance_state(bool fits, bool certain, bool tri
   return fits ? DistanceState::if_separated : DistanceState::exhausted;
 }
 
+/// The first lane, in stores from which whole vectors may be loaded at once.
+TOUCHSTONE_INLINE void store_distance(const LaneDistances<Double2>& distance, DistanceRecord* out) {
+  store(Double4{distance.separation[0], distance.n.x[0], distance.n.y[0], distance.n.z[0]}, (double*)out);
+  store(Double2{distance.from_A.x[0], distance.from_A.y[0]}, out->from_A);
+  out->from_A[2] = distance.from_A.z[0];
+  out->state =
+      distance_state(bits(distance.fits) & 1u, bits(distance.certain) & 1u, bits(distance.tried) & 1u);
+}
+
 /// The first `count` lanes.
 template <class Pack>
 TOUCHSTONE_INLINE void store_distances(const LaneDistances<Pack>& distances, std::size_t count,
                                        DistanceRecord* out) {
   constexpr int kLanes = Traits<Pack>::lanes;
+  if constexpr (kLanes == 2) {
+    if (count == 1) return store_distance(distances, out);
+  }
   const Pack columns[7] = {distances.separation, distances.n.x,      distances.n.y,     distances.n.z,
                            distances.from_A.x,   distances.from_A.y, distances.from_A.z};
   double rows[7][kLanes];
@@ -416,6 +442,7 @@ TOUCHSTONE_INLINE void store_distances(const LaneDistances<Pack>& distances, std
   }
 }
 
+/// @param choose a Zonotope, the number of its first pair and of its pairs -> their FacetChoice
 template <bool accurate, class Pack, template <class> class Kind, class Shape, class Choose>
 TOUCHSTONE_INLINE void compute_distances_inline(const PoseRecord* poses, const Shape* shapes,
                                                 const PairIndices* pairs, std::size_t count,
@@ -425,7 +452,11 @@ TOUCHSTONE_INLINE void compute_distances_inline(const PoseRecord* poses, const S
                            const auto& poses_b, const auto& shapes_b) {
                          Zonotope<Pack> W;
                          Kind<Pack>::gather_zonotope(poses_a, shapes_a, poses_b, shapes_b, W);
-                         store_distances(distance_lanes<accurate>(W, choose), here, out + first);
+                         const auto choose_here = [&](const Zonotope<Pack>& lanes)
+                             __attribute__((always_inline)) {
+                           return choose(lanes, first, here);
+                         };
+                         store_distances(distance_lanes<accurate>(W, choose_here), here, out + first);
                        });
 }
 

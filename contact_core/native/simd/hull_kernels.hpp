@@ -111,6 +111,7 @@ TOUCHSTONE_INLINE void compute_hull_depth_inline(const HullView& a, const HullVi
                                                  double position, DepthRecord& out) {
   out.certified = Certified::unknown;
   out.known = DepthKnown::nothing;
+  out.axis = 0;
   PosedHull A, B;
   pose_faces<Pack>(a, A), pose_faces<Pack>(b, B);
   // The best face of either.

@@ -70,10 +70,19 @@ struct Table {
 
   static void compute_box_depths(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
                                  std::size_t count, DepthRecord* out) {
-    if (kHasFour && count == 1)
-      compute_box_pair_depth(poses[pairs->a], shapes[pairs->a], poses[pairs->b], shapes[pairs->b], out);
+    if (count == 1)
+      compute_box_pair_depth(poses, shapes, *pairs, false, out);
     else
       compute_depths_inline<Pack, BoxSolid>(poses, shapes, pairs, count, out);
+  }
+
+  static void compute_box_pair_depth(const PoseRecord* poses, const BoxRecord* shapes, PairIndices pair,
+                                     bool only_contacts, DepthRecord* out) {
+    if constexpr (kHasFour)
+      compute_box_pair_depth_inline(poses[pair.a], shapes[pair.a], poses[pair.b], shapes[pair.b],
+                                    only_contacts, out);
+    else
+      compute_depths_inline<Pack, BoxSolid>(poses, shapes, &pair, 1, out);
   }
 
   static void compute_parallelepiped_depths(const PoseRecord* poses, const ParallelepipedEdges* shapes,
@@ -89,20 +98,41 @@ struct Table {
     compute_hull_depth_inline<OnePair>(a, b, extent, position, *out);
   }
 
-  template <bool accurate, template <class> class Kind, class Shape>
+  template <class Lanes, template <class> class Kind, class Shape>
+  static void compute_distances_in(const PoseRecord* poses, const Shape* shapes, const PairIndices* pairs,
+                                   const std::uint8_t* axes, std::size_t count, DistanceRecord* out) {
+    compute_distances_inline<false, Lanes, Kind>(
+        poses, shapes, pairs, count, out,
+        [axes](const Zonotope<Lanes>& W, std::size_t first, std::size_t here) __attribute__((always_inline)) {
+          return axes != nullptr ? facets_of<Lanes>(axes + first, here) : choose_facet<false>(W);
+        });
+  }
+
+  template <template <class> class Kind, class Shape>
   static void compute_distances(const PoseRecord* poses, const Shape* shapes, const PairIndices* pairs,
-                                std::size_t count, DistanceRecord* out) {
-    const auto choose_one = [](const Zonotope<Double2>& W) {
-      if constexpr (kHasFour)
-        return choose_pair_facet<accurate>(W);
-      else
-        return choose_facet<accurate>(W);
-    };
-    const auto choose = [](const Zonotope<Pack>& W) { return choose_facet<accurate>(W); };
+                                const std::uint8_t* axes, std::size_t count, DistanceRecord* out) {
     if (count == 1)
-      compute_distances_inline<accurate, Double2, Kind>(poses, shapes, pairs, count, out, choose_one);
+      compute_distances_in<Double2, Kind>(poses, shapes, pairs, axes, count, out);
     else
-      compute_distances_inline<accurate, Pack, Kind>(poses, shapes, pairs, count, out, choose);
+      compute_distances_in<Pack, Kind>(poses, shapes, pairs, axes, count, out);
+  }
+
+  template <template <class> class Kind, class Shape>
+  static void compute_distances_accurately(const PoseRecord* poses, const Shape* shapes,
+                                           const PairIndices* pairs, std::size_t count, DistanceRecord* out) {
+    const auto choose_one = [](const Zonotope<Double2>& W, std::size_t, std::size_t) {
+      if constexpr (kHasFour)
+        return choose_pair_facet(W);
+      else
+        return choose_facet<true>(W);
+    };
+    const auto choose = [](const Zonotope<Pack>& W, std::size_t, std::size_t) {
+      return choose_facet<true>(W);
+    };
+    if (count == 1)
+      compute_distances_inline<true, Double2, Kind>(poses, shapes, pairs, count, out, choose_one);
+    else
+      compute_distances_inline<true, Pack, Kind>(poses, shapes, pairs, count, out, choose);
   }
 
   static void compute_hull_distances(const PoseRecord* poses, const VertexRecord* shapes,
@@ -132,24 +162,26 @@ struct Table {
   }
 
   static constexpr Kernels named(const char* isa) {
-    return {.isa = isa,
-            .lanes = Traits<Pack>::lanes,
-            .certify_box_pair = certify_box_pair,
-            .certify_boxes = certify_boxes,
-            .certify_touching_boxes = certify_touching_boxes,
-            .certify_parallelepipeds = certify_parallelepipeds,
-            .certify_by_mpr = certify_by_mpr,
-            .certify_by_axis = certify_by_axis,
-            .compute_box_depths = compute_box_depths,
-            .compute_parallelepiped_depths = compute_parallelepiped_depths,
-            .compute_hull_depth = compute_hull_depth,
-            .compute_box_distances = compute_distances<false, BoxZonotope>,
-            .compute_parallelepiped_distances = compute_distances<false, ParallelepipedZonotope>,
-            .compute_box_distances_accurately = compute_distances<true, BoxZonotope>,
-            .compute_parallelepiped_distances_accurately = compute_distances<true, ParallelepipedZonotope>,
-            .compute_hull_distances = compute_hull_distances,
-            .clip_boxes = clip_boxes,
-            .clip_parallelepipeds = clip<ParallelepipedSolid>};
+    return {
+        .isa = isa,
+        .lanes = Traits<Pack>::lanes,
+        .certify_box_pair = certify_box_pair,
+        .certify_boxes = certify_boxes,
+        .certify_touching_boxes = certify_touching_boxes,
+        .certify_parallelepipeds = certify_parallelepipeds,
+        .certify_by_mpr = certify_by_mpr,
+        .certify_by_axis = certify_by_axis,
+        .compute_box_depths = compute_box_depths,
+        .compute_parallelepiped_depths = compute_parallelepiped_depths,
+        .compute_box_pair_depth = compute_box_pair_depth,
+        .compute_hull_depth = compute_hull_depth,
+        .compute_box_distances = compute_distances<BoxZonotope>,
+        .compute_parallelepiped_distances = compute_distances<ParallelepipedZonotope>,
+        .compute_box_distances_accurately = compute_distances_accurately<BoxZonotope>,
+        .compute_parallelepiped_distances_accurately = compute_distances_accurately<ParallelepipedZonotope>,
+        .compute_hull_distances = compute_hull_distances,
+        .clip_boxes = clip_boxes,
+        .clip_parallelepipeds = clip<ParallelepipedSolid>};
   }
 };
 

@@ -101,6 +101,9 @@ struct alignas(64) DepthRecord {
   double p_A[3];  ///< in the world
   Certified certified;
   DepthKnown known;
+  /// Of boxes and parallelepipeds certified as separated: where they are furthest apart. 0-2: along A's face
+  /// normals, 3-5: B's, 6 + 3 i + j: across edge i of A and j of B.
+  std::uint8_t axis;
 };
 
 /// How much of a DistanceRecord holds.
@@ -183,6 +186,10 @@ struct Kernels {
                              std::size_t count, DepthRecord* out);
   void (*compute_parallelepiped_depths)(const PoseRecord* poses, const ParallelepipedEdges* shapes,
                                         const PairIndices* pairs, std::size_t count, DepthRecord* out);
+  /// One pair, as the first. @param only_contacts of pairs that are certified as separated nothing else is
+  /// set.
+  void (*compute_box_pair_depth)(const PoseRecord* poses, const BoxRecord* shapes, PairIndices pair,
+                                 bool only_contacts, DepthRecord* out);
   /// The same of two solids of any kind; p_A about the common origin. @param extent see HullPair. @param
   /// position at least every |world coordinate|. Certifies separated pairs too, without measuring them.
   void (*compute_hull_depth)(const HullView& a, const HullView& b, double extent, double position,
@@ -190,10 +197,12 @@ struct Kernels {
 
   /// Distance of pairs separated by more than rounding; others, and pairs that the kernel does not settle,
   /// are not `found`. The bits do not depend on the batch.
+  /// @param axes DepthRecord::axis of each pair, or null: then each is searched for.
   void (*compute_box_distances)(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
-                                std::size_t count, DistanceRecord* out);
+                                const std::uint8_t* axes, std::size_t count, DistanceRecord* out);
   void (*compute_parallelepiped_distances)(const PoseRecord* poses, const Parallelepiped* shapes,
-                                           const PairIndices* pairs, std::size_t count, DistanceRecord* out);
+                                           const PairIndices* pairs, const std::uint8_t* axes,
+                                           std::size_t count, DistanceRecord* out);
   /// The same with exact products, for edges at small angles: slower. For pairs at any distance.
   void (*compute_box_distances_accurately)(const PoseRecord* poses, const BoxRecord* shapes,
                                            const PairIndices* pairs, std::size_t count, DistanceRecord* out);

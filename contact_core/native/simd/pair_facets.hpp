@@ -2,40 +2,30 @@
 
 #include "touchstone/contact_core/native/simd/distance_kernels.hpp"
 
-// choose_facet() of distance_kernels.hpp for a single pair: lanes are the facets, so that none is idle. Every
-// value results from the same operations in the same order as in a batch, so the bits are the same.
+// choose_facet<true>() of distance_kernels.hpp for a single pair: lanes are the facets, so that none is idle.
+// Every value results from the same operations in the same order as in a batch, so the bits are the same.
 
 namespace touchstone::native::TOUCHSTONE_ISA {
 
-/// Facets in the order of choose_facet(), the last one twice, and triples k < l < m of generators.
+/// Facets in the order of choose_facet(), the last one twice.
 struct FacetTable {
-  static constexpr int kFacets = 15, kTriples = 20;
+  static constexpr int kFacets = 15;
   int first[16] = {}, second[16] = {};  ///< generators k < l that span the facet
   int other[16][4] = {};                ///< the others, in order
-  int triple[16][4] = {};               ///< that of k, l and each of the others
-  int k[kTriples] = {}, l[kTriples] = {}, m[kTriples] = {};
 
   constexpr FacetTable() {
-    int numbers[6][6][6] = {}, count = 0;
-    for (int i = 0; i < 6; ++i)
-      for (int j = i + 1; j < 6; ++j)
-        for (int p = j + 1; p < 6; ++p) {
-          k[count] = i, l[count] = j, m[count] = p;
-          numbers[i][j][p] = numbers[i][p][j] = numbers[j][i][p] = numbers[j][p][i] = numbers[p][i][j] =
-              numbers[p][j][i] = count++;
-        }
     int facet = 0;
     for (int i = 0; i < 6; ++i)
-      for (int j = i + 1; j < 6; ++j, ++facet) add(facet, i, j, numbers);
-    add(kFacets, 4, 5, numbers);
+      for (int j = i + 1; j < 6; ++j, ++facet) add(facet, i, j);
+    add(kFacets, 4, 5);
   }
 
  private:
-  constexpr void add(int facet, int i, int j, const int (&numbers)[6][6][6]) {
+  constexpr void add(int facet, int i, int j) {
     first[facet] = i, second[facet] = j;
     int count = 0;
     for (int p = 0; p < 6; ++p)
-      if (p != i && p != j) other[facet][count] = p, triple[facet][count++] = numbers[i][j][p];
+      if (p != i && p != j) other[facet][count++] = p;
   }
 };
 constexpr FacetTable kFacetTable;
@@ -83,27 +73,6 @@ struct FacetHeights {
   double signed_square[16], n_square[16], thinnest[16];
 };
 
-/// |n . g_m| of the triples, n = g_k x g_l.
-template <int group>
-TOUCHSTONE_INLINE void find_triples(const PairGenerators& pair, double (&out)[FacetTable::kTriples]) {
-  constexpr const FacetTable& t = kFacetTable;
-  constexpr int i = 4 * group;
-  const Vector3Of<Double4> n = cross(pair.g.at<t.k[i], t.k[i + 1], t.k[i + 2], t.k[i + 3]>(),
-                                     pair.g.at<t.l[i], t.l[i + 1], t.l[i + 2], t.l[i + 3]>());
-  store(magnitude(dot(n, pair.g.at<t.m[i], t.m[i + 1], t.m[i + 2], t.m[i + 3]>())), out + i);
-}
-
-template <int group>
-TOUCHSTONE_INLINE Double4 widths_of(const double (&triples)[FacetTable::kTriples]) {
-  constexpr const FacetTable& t = kFacetTable;
-  constexpr int i = 4 * group;
-  Double4 width{};
-  for (int o = 0; o < 4; ++o)
-    width += Double4{triples[t.triple[i][o]], triples[t.triple[i + 1][o]], triples[t.triple[i + 2][o]],
-                     triples[t.triple[i + 3][o]]};
-  return width;
-}
-
 template <int group, int other>
 TOUCHSTONE_INLINE Double4 width_along(const PairGenerators& pair, const Vector3Of<Double4>& n) {
   constexpr const FacetTable& t = kFacetTable;
@@ -113,46 +82,32 @@ TOUCHSTONE_INLINE Double4 width_along(const PairGenerators& pair, const Vector3O
       pair.g.at<t.other[i][other], t.other[i + 1][other], t.other[i + 2][other], t.other[i + 3][other]>()));
 }
 
-template <bool accurate, int group>
-TOUCHSTONE_INLINE void find_heights(const PairGenerators& pair, const double (&triples)[FacetTable::kTriples],
-                                    FacetHeights& out) {
+template <int group>
+TOUCHSTONE_INLINE void find_heights(const PairGenerators& pair, FacetHeights& out) {
   constexpr const FacetTable& t = kFacetTable;
   constexpr int i = 4 * group;
   // The generators that span the group's four facets.
   constexpr int a = t.first[i], b = t.first[i + 1], c = t.first[i + 2], d = t.first[i + 3];
   constexpr int e = t.second[i], f = t.second[i + 1], g = t.second[i + 2], h = t.second[i + 3];
   const Vector3Of<Double4> p = pair.g.at<a, b, c, d>(), q = pair.g.at<e, f, g, h>();
-  const Vector3Of<Double4> n = normal_of<accurate>(p, q);
+  const Vector3Of<Double4> n = accurate_cross(p, q);
   const Double4 squares = pair.square.at<a, b, c, d>() * pair.square.at<e, f, g, h>();
   // Widths of the zonotope along the normals, in the order of choose_facet().
-  Double4 n_square, width;
-  if constexpr (accurate) {
-    n_square = dot(n, n);
-    width =
-        ((width_along<group, 0>(pair, n) + width_along<group, 1>(pair, n)) + width_along<group, 2>(pair, n)) +
-        width_along<group, 3>(pair, n);
-  } else {
-    const Double4 cosine = dot(p, q);
-    n_square = squares - cosine * cosine;
-    width = widths_of<group>(triples);
-  }
+  const Double4 n_square = dot(n, n);
+  const Double4 width =
+      ((width_along<group, 0>(pair, n) + width_along<group, 1>(pair, n)) + width_along<group, 2>(pair, n)) +
+      width_along<group, 3>(pair, n);
   const Double4 height = magnitude(dot(n, pair.T)) - width;
   store(height * magnitude(height), out.signed_square + i);
   store(n_square, out.n_square + i);
-  store(all<Double4>(accurate ? kThinnestSquare : kThinSquare) * squares, out.thinnest + i);
+  store(all<Double4>(kThinnestSquare) * squares, out.thinnest + i);
 }
 
-template <bool accurate>
 TOUCHSTONE_INLINE FacetChoice<Double2> choose_pair_facet(const Zonotope<Double2>& W) {
   const PairGenerators pair(W);
-  double triples[FacetTable::kTriples];
-  if constexpr (!accurate) {
-    find_triples<0>(pair, triples), find_triples<1>(pair, triples), find_triples<2>(pair, triples);
-    find_triples<3>(pair, triples), find_triples<4>(pair, triples);
-  }
   FacetHeights facets;
-  find_heights<accurate, 0>(pair, triples, facets), find_heights<accurate, 1>(pair, triples, facets);
-  find_heights<accurate, 2>(pair, triples, facets), find_heights<accurate, 3>(pair, triples, facets);
+  find_heights<0>(pair, facets), find_heights<1>(pair, facets);
+  find_heights<2>(pair, facets), find_heights<3>(pair, facets);
   int best = 0;
   double best_height = -__builtin_inf(), best_square = 1.0;
   for (int f = 0; f < FacetTable::kFacets; ++f) {

@@ -207,6 +207,9 @@ using native::DepthRecord;
 void expect_same_bits(const DepthRecord& p, const DepthRecord& q) {
   ASSERT_EQ(p.certified, q.certified);
   ASSERT_EQ(p.known, q.known);
+  if (p.certified == native::Certified::separated) {
+    ASSERT_EQ(p.axis, q.axis);
+  }
   if (p.known == native::DepthKnown::nothing) return;
   ASSERT_EQ(std::bit_cast<std::uint64_t>(p.separation), std::bit_cast<std::uint64_t>(q.separation));
   for (int k = 0; k < 3; ++k) {
@@ -241,8 +244,10 @@ struct DepthOf {
     return out;
   }
   DepthRecord hulls(const native::Kernels& kernels, const native::PairIndices& pair) const {
-    return native::hull_depth(data, kernels, {pair.a, pair.b}, placed(pair),
-                              std::max(norm_inf(set.poses[pair.a].p), norm_inf(set.poses[pair.b].p)));
+    DepthRecord out;
+    native::find_hull_depth(data, kernels, {pair.a, pair.b}, placed(pair),
+                            std::max(norm_inf(set.poses[pair.a].p), norm_inf(set.poses[pair.b].p)), out);
+    return out;
   }
 };
 
@@ -314,6 +319,40 @@ TEST(NativeDepthKernels, AgreeWithTheScalarRoadWhereTheyAnswer) {
     RecordProperty("asked" + std::to_string(method), asked[method]);
     RecordProperty("answered" + std::to_string(method), answered[method]);
   }
+}
+
+/// Of two boxes along the axis that DepthRecord::axis names; -infinity where its edges are nearly parallel.
+double gap_along(const DepthOf& depth, const native::PairIndices& pair, int axis) {
+  const Pose &X_WA = depth.set.poses[pair.a], &X_WB = depth.set.poses[pair.b];
+  Vector3 L = axis < 3 ? X_WA.R.col(axis) : X_WB.R.col(axis % 3);
+  if (axis >= 6) L = cross(X_WA.R.col((axis - 6) / 3), X_WB.R.col(axis % 3));
+  if (norm(L) < 0x1p-9) return -kInfinity;
+  double gap = std::abs(dot(L, X_WB.p - X_WA.p));
+  for (int k = 0; k < 3; ++k) {
+    gap -= depth.data.boxes[pair.a].half_extents[k] * std::abs(dot(L, X_WA.R.col(k)));
+    gap -= depth.data.boxes[pair.b].half_extents[k] * std::abs(dot(L, X_WB.R.col(k)));
+  }
+  return gap / norm(L);
+}
+
+TEST(NativeDepthKernels, NameTheAxisAlongWhichBoxesAreFurthestApart) {
+  Random random(8);
+  PosedSolids set;
+  for (int i = 0; i < 2000; ++i) set.add(random.box(), random.pose(1.0), random.box(), random.pose(1.0));
+  const DepthOf depth{set};
+  const auto boxes = pairs_of_kind(depth.data, set, native::SolidKind::box);
+  const auto records = depth.boxes(native::kernels(), boxes);
+  int by_edges = 0, by_faces = 0;
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    if (records[i].certified != native::Certified::separated) continue;
+    ++(records[i].axis >= 6 ? by_edges : by_faces);
+    double furthest = -kInfinity;
+    for (int axis = 0; axis < 15; ++axis) furthest = std::max(furthest, gap_along(depth, boxes[i], axis));
+    ASSERT_GT(furthest, 0.0);
+    ASSERT_NEAR(gap_along(depth, boxes[i], records[i].axis), furthest, 1e-13) << i;
+  }
+  EXPECT_GT(by_edges, 50);
+  EXPECT_GT(by_faces, 300);
 }
 
 /// Whether n is no face's normal: then it is across an edge of each.

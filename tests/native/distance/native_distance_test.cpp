@@ -107,13 +107,30 @@ TEST(NativeApart, BatchesOfAnySizeHaveTheBitsOfSingleCalls) {
   }
 }
 
-/// All passes of one kernel table over the pairs of a kind.
+/// DepthRecord::axis of each pair.
+std::vector<std::uint8_t> axes_of(const Kernels& kernels, const native::SolidSet& set, SolidKind kind,
+                                  const std::vector<Pose>& poses, const std::vector<PairIndices>& pairs) {
+  std::vector<native::DepthRecord> depths(pairs.size());
+  if (kind == SolidKind::box)
+    kernels.compute_box_depths(native::records_of(poses), set.boxes.data(), pairs.data(), pairs.size(),
+                               depths.data());
+  else
+    kernels.compute_parallelepiped_depths(native::records_of(poses), set.parallelepiped_edges.data(),
+                                          pairs.data(), pairs.size(), depths.data());
+  std::vector<std::uint8_t> out;
+  for (const native::DepthRecord& depth : depths) out.push_back(depth.axis);
+  return out;
+}
+
+/// All passes of one kernel table over the pairs of a kind, the first with axes and without.
 std::vector<DistanceRecord> run(const Kernels& kernels, const native::SolidSet& set, SolidKind kind,
                                 const std::vector<Pose>& poses, const std::vector<PairIndices>& pairs) {
-  std::vector<DistanceRecord> out(3 * pairs.size());
+  std::vector<DistanceRecord> out(4 * pairs.size());
   native::compute_hull_distances(set, kernels, poses, pairs, out.data());
   if (kind == SolidKind::general) return out;
-  native::compute_distances(set, kernels, kind, poses, pairs, &out[pairs.size()]);
+  const std::vector<std::uint8_t> axes = axes_of(kernels, set, kind, poses, pairs);
+  native::compute_distances(set, kernels, kind, poses, pairs, axes.data(), &out[pairs.size()]);
+  native::compute_distances(set, kernels, kind, poses, pairs, nullptr, &out[3 * pairs.size()]);
   native::compute_distances_accurately(set, kernels, kind, poses, pairs, &out[2 * pairs.size()]);
   return out;
 }
