@@ -43,7 +43,7 @@ struct BoxPair {
   }
 };
 
-/// The result of search_axes(): by code, and over all.
+/// The result of search_faces() and search_edges(): by code, and over all.
 struct PairSearch {
   double length2[16], overlap[16];
   Double4 turn = {};  // by B's edge
@@ -158,6 +158,10 @@ TOUCHSTONE_INLINE void search_pair_axes(const BoxPair& boxes, const double* R_WB
 
 /// A vector's three coordinates in lanes.
 TOUCHSTONE_INLINE Double4 in_lanes(const double* p) { return Double4{p[0], p[1], p[2], 0.0}; }
+/// Axis k of a pose.
+TOUCHSTONE_INLINE Double4 in_lanes(const PoseRecord& X, int k) {
+  return three_of(load<Double4>((const double*)&X + 3 * k));
+}
 TOUCHSTONE_INLINE Double4 in_lanes(const Vector3Of<Double4>& p, int lane) {
   return Double4{p.x[lane], p.y[lane], p.z[lane], 0.0};
 }
@@ -179,8 +183,8 @@ struct PairDepth {
 /// The vertex that `sign` names, with the bits of world_vertices().
 TOUCHSTONE_INLINE Double4 signed_vertex(const PoseRecord& X, Double4 sign, Double4 half) {
   const Double4 part = sign * half;
-  return ((all<Double4>(part[0]) * in_lanes(X.R) + all<Double4>(part[1]) * in_lanes(X.R + 3)) +
-          all<Double4>(part[2]) * in_lanes(X.R + 6)) +
+  return ((all<Double4>(part[0]) * in_lanes(X, 0) + all<Double4>(part[1]) * in_lanes(X, 1)) +
+          all<Double4>(part[2]) * in_lanes(X, 2)) +
          in_lanes(X.p);
 }
 
@@ -210,7 +214,7 @@ TOUCHSTONE_INLINE PairDepth depth_along_face(const PoseRecord* const (&X)[2], co
   const Double4 along = least(greatest(toward, Double4{}), twice);
   const Double4 by = inward * (projection[other] * twice <= all<Double4>(level) ? along : Double4{});
   Double4 p = vertex[other];
-  for (int k = 0; k < 3; ++k) p = p + all<Double4>(by[k]) * in_lanes(X[other]->R + 3 * k);
+  for (int k = 0; k < 3; ++k) p = p + all<Double4>(by[k]) * in_lanes(*X[other], k);
   const Double4 offset = all<Double4>(out.separation) * out.n;
   const Double4 moved = with_face == 1 ? p + offset : p - offset;
   out.p_A = with_face == 1 ? p : moved;

@@ -217,28 +217,47 @@ struct Normals {
   }
 };
 
-/// Codes 0-2: A's faces, 3-5: B's, 6 + 3 i + j: edge i of A, j of B.
+/// |normal . direction| of each solid's normals and the other's directions.
 template <class Pack>
-TOUCHSTONE_INLINE void search_axes(const DepthSolid<Pack>& A, const Normals<Pack>& normal_a,
-                                   const DepthSolid<Pack>& B, const Normals<Pack>& normal_b,
-                                   const Vector3Of<Pack>& T, AxisSearch<Pack>& search) {
+struct CrossProjections {
   Pack a_b[3][3], b_a[3][3];
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) {
-      a_b[i][j] = magnitude(dot(normal_a.of[i], B.direction[j]));
-      b_a[i][j] = magnitude(dot(normal_b.of[i], A.direction[j]));
+
+  TOUCHSTONE_INLINE CrossProjections(const DepthSolid<Pack>& A, const Normals<Pack>& normal_a,
+                                     const DepthSolid<Pack>& B, const Normals<Pack>& normal_b) {
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) {
+        a_b[i][j] = magnitude(dot(normal_a.of[i], B.direction[j]));
+        b_a[i][j] = magnitude(dot(normal_b.of[i], A.direction[j]));
+      }
     }
   }
+};
+
+/// Codes 0-2: A's faces, 3-5: B's.
+template <class Pack>
+TOUCHSTONE_INLINE void search_faces(const DepthSolid<Pack>& A, const Normals<Pack>& normal_a,
+                                    const DepthSolid<Pack>& B, const Normals<Pack>& normal_b,
+                                    const Vector3Of<Pack>& T, const CrossProjections<Pack>& along,
+                                    AxisSearch<Pack>& search) {
   for (int i = 0; i < 3; ++i) {
-    const Pack reach = (B.half[0] * a_b[i][0] + B.half[1] * a_b[i][1]) + B.half[2] * a_b[i][2];
+    const Pack(&of_b)[3] = along.a_b[i];
+    const Pack reach = (B.half[0] * of_b[0] + B.half[1] * of_b[1]) + B.half[2] * of_b[2];
     search.add_face(normal_a.of[i], (A.half[i] * normal_a.volume + reach) - magnitude(dot(normal_a.of[i], T)),
                     i);
   }
   for (int j = 0; j < 3; ++j) {
-    const Pack reach = (A.half[0] * b_a[j][0] + A.half[1] * b_a[j][1]) + A.half[2] * b_a[j][2];
+    const Pack(&of_a)[3] = along.b_a[j];
+    const Pack reach = (A.half[0] * of_a[0] + A.half[1] * of_a[1]) + A.half[2] * of_a[2];
     search.add_face(normal_b.of[j], (B.half[j] * normal_b.volume + reach) - magnitude(dot(normal_b.of[j], T)),
                     3 + j);
   }
+}
+
+/// Codes 6 + 3 i + j: edge i of A, j of B.
+template <class Pack>
+TOUCHSTONE_INLINE void search_edges(const DepthSolid<Pack>& A, const DepthSolid<Pack>& B,
+                                    const Vector3Of<Pack>& T, const CrossProjections<Pack>& along,
+                                    AxisSearch<Pack>& search) {
   const auto widths = [&](const Vector3Of<Pack>& L) {
     return half_width<Pack>(L, A.direction, A.half) + half_width<Pack>(L, B.direction, B.half);
   };
@@ -248,8 +267,8 @@ TOUCHSTONE_INLINE void search_axes(const DepthSolid<Pack>& A, const Normals<Pack
       const int j1 = (j + 1) % 3, j2 = (j + 2) % 3;
       const Vector3Of<Pack> L = cross(A.direction[i], B.direction[j]);
       // L . A_k is up to sign B_j . normal of A opposite both; likewise for B.
-      const Pack radius_a = A.half[i1] * a_b[i2][j] + A.half[i2] * a_b[i1][j];
-      const Pack radius_b = B.half[j1] * b_a[j2][i] + B.half[j2] * b_a[j1][i];
+      const Pack radius_a = A.half[i1] * along.a_b[i2][j] + A.half[i2] * along.a_b[i1][j];
+      const Pack radius_b = B.half[j1] * along.b_a[j2][i] + B.half[j2] * along.b_a[j1][i];
       search.add_edges(L, (radius_a + radius_b) - magnitude(dot(L, T)), i, j,
                        [&] { return refined_axis<Pack>(A.direction[i], B.direction[j], T, widths); });
     }

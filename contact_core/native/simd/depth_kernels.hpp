@@ -196,14 +196,21 @@ TOUCHSTONE_INLINE DepthLanes<Pack> depth_along(const Solid& A, const Normals<Pac
   return out;
 }
 
+/// @param stop_apart whether the search may end at faces that separate all lanes' pairs: `code` then is none
+/// of a greatest gap
 template <class Solid, class Pack>
-TOUCHSTONE_INLINE DepthLanes<Pack> depth_lanes(const Solid& A, const Solid& B) {
+TOUCHSTONE_INLINE DepthLanes<Pack> depth_lanes(const Solid& A, const Solid& B, bool stop_apart) {
   const DepthScale<Pack> scale(A, B);
   AxisSearch<Pack> search;
   search.slack_error = scale.slack_error(), search.tie = scale.tie(), search.margin = scale.margin();
   const Normals<Pack> normal_a(A), normal_b(B);
-  search_axes<Pack>(A, normal_a, B, normal_b, scale.T, search);
-  const MaskOf<Pack> separated = certify_apart(scale, search);
+  const CrossProjections<Pack> along(A, normal_a, B, normal_b);
+  search_faces<Pack>(A, normal_a, B, normal_b, scale.T, along, search);
+  MaskOf<Pack> separated = certify_apart(scale, search);
+  if (!stop_apart || bits(~separated) != 0) {
+    search_edges<Pack>(A, B, scale.T, along, search);
+    separated = certify_apart(scale, search);
+  }
   if (bits(~separated) == 0) {
     DepthLanes<Pack> out{};
     out.separated = separated, out.code = search.code;
@@ -238,13 +245,14 @@ TOUCHSTONE_INLINE void write(const DepthLanes<Pack>& lanes, std::size_t count, D
 
 template <class Pack, template <class> class Solid, class Record>
 TOUCHSTONE_INLINE void compute_depths_inline(const PoseRecord* poses, const Record* shapes,
-                                             const PairIndices* pairs, std::size_t count, DepthRecord* out) {
+                                             const PairIndices* pairs, std::size_t count, DepthRecord* out,
+                                             bool stop_apart = false) {
   for_each_lanes<Pack>(poses, shapes, pairs, count,
                        [&](std::size_t first, std::size_t here, const auto& poses_a, const auto& shapes_a,
                            const auto& poses_b, const auto& shapes_b) {
                          Solid<Pack> A, B;
                          A.read(poses_a, shapes_a), B.read(poses_b, shapes_b);
-                         write<Pack>(depth_lanes<Solid<Pack>, Pack>(A, B), here, out + first);
+                         write<Pack>(depth_lanes<Solid<Pack>, Pack>(A, B, stop_apart), here, out + first);
                        });
 }
 

@@ -82,7 +82,7 @@ struct Table {
       compute_box_pair_depth_inline(poses[pair.a], shapes[pair.a], poses[pair.b], shapes[pair.b],
                                     only_contacts, out);
     else
-      compute_depths_inline<Pack, BoxSolid>(poses, shapes, &pair, 1, out);
+      compute_depths_inline<Pack, BoxSolid>(poses, shapes, &pair, 1, out, only_contacts);
   }
 
   static void compute_parallelepiped_depths(const PoseRecord* poses, const ParallelepipedEdges* shapes,
