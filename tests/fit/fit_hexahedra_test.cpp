@@ -8,6 +8,7 @@
 #include "touchstone/contact_core/fit/parts/sectors.hpp"
 #include "touchstone/contact_core/fit/round_parts.hpp"
 #include "touchstone/contact_core/fit/search/cells.hpp"
+#include "touchstone/contact_core/fit/search/pool.hpp"
 #include "touchstone/contact_core/fit/search/set_cover.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
@@ -59,6 +60,53 @@ TEST(FewerSets, NoCoverHasFewerThanElementsThatNoTwoSetsShare) {
   EXPECT_EQ(fit::least_sets(ring, 3), 1U);
   // Where the bound is met the search ends, though it has leave to work for an hour.
   EXPECT_EQ(fit::fewer_sets(two, 4, {0, 2}, 1'000'000'000'000), (std::vector<std::size_t>{0, 2}));
+}
+
+// Against counting each cell of each candidate, while candidates come, cells are covered and one is
+// forgotten.
+TEST(OpenCells, CountWhatEachCandidateHoldsOfThem) {
+  constexpr std::size_t kCells = 300;
+  std::mt19937_64 random(11);
+  fit::CandidatePool pool(kCells);
+  std::vector<std::vector<std::uint32_t>> cells_of;
+  const auto add = [&] {
+    std::vector<std::uint32_t> cells;
+    for (std::uint32_t cell = static_cast<std::uint32_t>(random() % 200); cell < kCells && cells.size() < 90;
+         cell += 1 + static_cast<std::uint32_t>(random() % 5))
+      cells.push_back(cell);
+    pool.add(fit::Candidate({}, cells));
+    cells_of.push_back(cells);
+  };
+  for (int i = 0; i < 60; ++i) add();
+  pool.forget(7);
+  cells_of[7].clear();
+  fit::CellBits all((kCells + 63) / 64, 0);
+  std::vector<bool> is_open(kCells, true);
+  for (std::size_t cell = 0; cell < kCells; ++cell) fit::set(all, cell);
+  fit::OpenCells open(pool, all);
+  const auto gain = [&](const std::vector<std::uint32_t>& cells) {
+    return static_cast<std::size_t>(
+        std::count_if(cells.begin(), cells.end(), [&](std::uint32_t cell) { return is_open[cell]; }));
+  };
+  for (;;) {
+    add();
+    ASSERT_EQ(pool.size(), cells_of.size());
+    const auto first = std::max_element(cells_of.begin(), cells_of.end(), [&](const auto& a, const auto& b) {
+      return gain(a) < gain(b);
+    });  // of equal ones the first
+    const fit::OpenCells::Best best = open.best();
+    ASSERT_EQ(best.gain, gain(*first));
+    ASSERT_EQ(open.count(), static_cast<std::size_t>(std::count(is_open.begin(), is_open.end(), true)));
+    if (best.gain == 0) break;
+    ASSERT_EQ(best.index, static_cast<std::size_t>(first - cells_of.begin()));
+    const std::size_t cell = open.next_from(random() % kCells, kCells);
+    EXPECT_TRUE(is_open[cell]);
+    const fit::OpenCells::Best at = open.best_at(cell);
+    const std::vector<std::uint32_t>& held = cells_of[at.index];
+    EXPECT_TRUE(at.gain == 0 || (at.gain == gain(held) && std::count(held.begin(), held.end(), cell) == 1));
+    open.cover(pool[best.index]);
+    for (const std::uint32_t i : cells_of[best.index]) is_open[i] = false;
+  }
 }
 
 TEST(MeshDistance, KnowsOutsideSurfaceAndInside) {

@@ -352,33 +352,53 @@ void Cells::index(std::uint32_t first, std::uint32_t end) {
   index(middle, end);
 }
 
-bool Cells::holds(const SixPlanes& solid, std::size_t i) const {
-  for (const Vector3& p : points(i))
-    if (solid.above(p) > 0.0) return false;
-  return true;
+struct Cells::Holder {
+  const SixPlanes& solid;
+  std::array<Vector3, 6> sizes;  // of the planes' normals: how far they reach over half a box
+  std::vector<std::uint32_t>& out;
+
+  /// Whether all of a box is outside of one of these faces, by their bits. Those that have all of it inside
+  /// are taken out: none of them is asked of what is in the box.
+  bool is_beyond(const Vector3& low, const Vector3& high, unsigned& faces) const {
+    const Vector3 middle = 0.5 * (low + high), half = 0.5 * (high - low);
+    for (int f = 0; f < 6; ++f) {
+      if ((faces >> f & 1U) == 0) continue;
+      const double height = solid.planes[f].signed_distance(middle), reach = dot(sizes[f], half);
+      if (height - reach > 0.0) return true;
+      if (height + reach <= 0.0) faces &= ~(1U << f);
+    }
+    return false;
+  }
+  bool holds(std::span<const Vector3> points, unsigned faces) const {
+    for (int f = 0; f < 6; ++f) {
+      if ((faces >> f & 1U) == 0) continue;
+      for (const Vector3& p : points)
+        if (solid.planes[f].signed_distance(p) > 0.0) return false;
+    }
+    return true;
+  }
+};
+
+void Cells::held(const SixPlanes& solid, std::vector<std::uint32_t>& out) const {
+  Holder holder{solid, {}, out};
+  for (int f = 0; f < 6; ++f) holder.sizes[f] = solid.planes[f].normal.cwiseAbs();
+  held(holder, 0, 0x3fU);
 }
 
-void Cells::held(const SixPlanes& solid, std::vector<std::uint32_t>& out) const { held(solid, 0, out); }
-
-void Cells::held(const SixPlanes& solid, std::uint32_t index, std::vector<std::uint32_t>& out) const {
+void Cells::held(const Holder& holder, std::uint32_t index, unsigned faces) const {
   const Node& node = nodes_[index];
-  const Vector3 middle = 0.5 * (node.low + node.high), half = 0.5 * (node.high - node.low);
-  bool is_within = true;
-  for (const Plane& plane : solid.planes) {
-    const double height = plane.signed_distance(middle);
-    const Vector3 n = plane.normal.cwiseAbs();
-    const double reach = dot(n, half);
-    if (height - reach > 0.0) return;
-    is_within = is_within && height + reach <= 0.0;
-  }
-  if (is_within) {
-    for (std::uint32_t i = node.first; i < node.end; ++i) out.push_back(i);
+  if (holder.is_beyond(node.low, node.high, faces)) return;
+  if (faces == 0) {
+    for (std::uint32_t i = node.first; i < node.end; ++i) holder.out.push_back(i);
   } else if (node.right == 0) {
-    for (std::uint32_t i = node.first; i < node.end; ++i)
-      if (holds(solid, i)) out.push_back(i);
+    for (std::uint32_t i = node.first; i < node.end; ++i) {
+      unsigned left = faces;
+      if (!holder.is_beyond(cells_[i].low, cells_[i].high, left) && holder.holds(points(i), left))
+        holder.out.push_back(i);
+    }
   } else {
-    held(solid, index + 1, out);
-    held(solid, node.right, out);
+    held(holder, index + 1, faces);
+    held(holder, node.right, faces);
   }
 }
 

@@ -44,8 +44,6 @@ class Cells {
   std::span<const Vector3> points(std::size_t i) const {
     return std::span<const Vector3>(points_).subspan(cells_[i].first, cells_[i].count);
   }
-  /// Whether the solid holds the cell's points.
-  bool holds(const SixPlanes& solid, std::size_t i) const;
   /// Appends every cell that the solid holds, ascending.
   void held(const SixPlanes& solid, std::vector<std::uint32_t>& out) const;
 
@@ -56,7 +54,8 @@ class Cells {
     std::uint32_t first, end;  ///< cells below
     std::uint32_t right = 0;   ///< child; the left one is next. 0: a leaf
   };
-  void held(const SixPlanes& solid, std::uint32_t node, std::vector<std::uint32_t>& out) const;
+  struct Holder;
+  void held(const Holder& holder, std::uint32_t node, unsigned faces) const;
   void index(std::uint32_t first, std::uint32_t end);
 
   std::vector<Cell> cells_;

@@ -32,11 +32,6 @@ constexpr std::uint64_t kScoresARepair = 10'000'000;
 
 constexpr std::size_t kMostOut = 6;  // that a repair takes out
 
-void set(std::vector<std::uint64_t>& bits, std::size_t i) { bits[i / 64] |= std::uint64_t{1} << (i % 64); }
-bool has(const std::vector<std::uint64_t>& bits, std::size_t i) {
-  return (bits[i / 64] >> (i % 64) & 1) != 0;
-}
-
 void add_once(std::vector<std::uint32_t>& all, std::uint32_t one) {
   if (std::find(all.begin(), all.end(), one) == all.end()) all.push_back(one);
 }
@@ -124,6 +119,7 @@ CoverSearch::CoverSearch(const MeshDistance& mesh, const Cells& cells, AllowedSp
       growth_(mesh, space, over / 16.0),
       effort_(effort),
       progress_(progress),
+      pool_(cells.size()),
       all_((cells.size() + 63) / 64, 0),
       settled_(all_) {
   // Cells of prisms stand together, before those of rings.
@@ -179,28 +175,10 @@ std::vector<Normals> CoverSearch::frames_at(std::size_t cell) const {
   return frames;
 }
 
-CoverSearch::Candidate CoverSearch::candidate(const SixPlanes& solid) const {
+Candidate CoverSearch::candidate(const SixPlanes& solid) const {
   std::vector<std::uint32_t> held;
   cells_.held(solid, held);
-  Candidate candidate{solid, {}, held.size()};
-  for (const std::uint32_t i : held) {
-    if (candidate.held.empty() || candidate.held.back().index != i / 64)
-      candidate.held.push_back({i / 64, 0});
-    candidate.held.back().bits |= std::uint64_t{1} << (i % 64);
-  }
-  return candidate;
-}
-
-void CoverSearch::add(Candidate candidate) {
-  // Another that holds the same cells is as good: most that grow in one place are.
-  std::uint64_t hash = 0;
-  for (const Word& word : candidate.held)
-    hash = (hash ^ (word.index * 0x9e3779b97f4a7c15U) ^ word.bits) * 0xff51afd7ed558ccdU + (hash >> 29);
-  const auto [first, last] = by_held_.equal_range(hash);
-  for (auto known = first; known != last; ++known)
-    if (pool_[known->second].held == candidate.held) return;
-  by_held_.emplace(hash, pool_.size());
-  pool_.push_back(std::move(candidate));
+  return {solid, held};
 }
 
 std::vector<Vector3> CoverSearch::points_of(std::uint32_t prism, const Window& strips,
@@ -279,7 +257,7 @@ bool CoverSearch::grow_prism(std::size_t cell) {
       }
       Candidate grown = candidate(solid);
       grown.prism = index;
-      add(std::move(grown));
+      pool_.add(std::move(grown));
       has_grown = true;
     }
     if (near == over_) break;
@@ -313,7 +291,7 @@ void CoverSearch::grow_from(std::size_t cell) {
     for (std::size_t i = 0; i < kOrdersTried; ++i) {
       SixPlanes solid = start;
       growth_.push(solid, kOrders[(first + i * 3) % kOrders.size()]);
-      add(candidate(solid));
+      pool_.add(candidate(solid));
     }
   }
   if (has_grown) return;
@@ -323,7 +301,7 @@ void CoverSearch::grow_from(std::size_t cell) {
   if (ring != kNoIndex) add_once(uncovered_.rings, ring);
   SixPlanes box = enclosing(main_frames_[0], cells_.points(cell));
   for (Plane& plane : box.planes) plane.offset -= 1e-9 * mesh_.bounds().diagonal();
-  add(candidate(box));
+  pool_.add(candidate(box));
 }
 
 // The hexahedron about a sector's points, or what grows outwards of that.
@@ -334,15 +312,16 @@ bool CoverSearch::grow_sector(const Sectors& sectors, int sector, std::span<cons
   for (Plane& plane : start.planes) plane.offset -= slack;
   if ((sectors.has_shell() || sectors.is_ring(over_)) && space_.allows_samples(start)) {
     Candidate whole = candidate(start);
-    if (sectors.is_ring(over_)) cover(settled_, whole);
-    add(std::move(whole));
+    if (sectors.is_ring(over_))
+      for (const HeldWord& word : whole.held) settled_[word.index] |= word.bits;
+    pool_.add(std::move(whole));
     return true;
   }
   if (!growth_.allows(start)) return false;
   for (const auto& order : kOutwards) {
     SixPlanes solid = start;
     growth_.push(solid, order);
-    add(candidate(solid));
+    pool_.add(candidate(solid));
   }
   return true;
 }
@@ -389,113 +368,64 @@ void CoverSearch::grow_sectors(const Sectors& sectors) {
     if (!points[i].empty()) grow_sector(sectors, i, points[i]);
 }
 
-namespace {
-
-// Without a call, which the compiler makes of std::popcount where no instruction is sure to be there.
-std::size_t count_bits(std::uint64_t bits) {
-  bits -= bits >> 1 & 0x5555555555555555U;
-  bits = (bits & 0x3333333333333333U) + (bits >> 2 & 0x3333333333333333U);
-  bits = (bits + (bits >> 4)) & 0x0f0f0f0f0f0f0f0fU;
-  return bits * 0x0101010101010101U >> 56;
-}
-
-}  // namespace
-
-std::size_t CoverSearch::gain(const Candidate& candidate, const Bits& covered) const {
-  std::size_t count = 0;
-  for (const Word& word : candidate.held)
-    if (const std::uint64_t open = word.bits & ~covered[word.index]; open != 0) count += count_bits(open);
-  return count;
-}
-
-void CoverSearch::cover(Bits& covered, const Candidate& candidate) {
-  for (const Word& word : candidate.held) covered[word.index] |= word.bits;
-}
-
-bool CoverSearch::holds(const Candidate& candidate, std::size_t cell) {
-  const auto word = std::lower_bound(candidate.held.begin(), candidate.held.end(), cell / 64,
-                                     [](const Word& a, std::size_t index) { return a.index < index; });
-  return word != candidate.held.end() && word->index == cell / 64 && (word->bits >> (cell % 64) & 1) != 0;
-}
-
-std::size_t CoverSearch::count_open(const Bits& covered) const {
-  std::size_t count = 0;
-  for (std::size_t w = 0; w < covered.size(); ++w) count += count_bits(all_[w] & ~covered[w]);
-  return count;
-}
-
-// A candidate gains less and less while more is covered: `at_most` are the last figures.
-std::size_t CoverSearch::best(const Bits& covered, std::vector<std::size_t>& at_most,
-                              std::size_t& most) const {
-  for (std::size_t i = at_most.size(); i < pool_.size(); ++i) at_most.push_back(pool_[i].count);
-  at_most.resize(pool_.size());
-  std::size_t index = 0;
-  most = 0;
-  for (std::size_t i = 0; i < pool_.size(); ++i) {
-    if (at_most[i] <= most) continue;
-    at_most[i] = gain(pool_[i], covered);
-    if (at_most[i] <= most) continue;
-    most = at_most[i];
-    index = i;
-  }
-  return index;
-}
-
-std::size_t CoverSearch::some_uncovered(const Bits& covered) {
-  const std::size_t start = random() % cells_.size();
-  for (std::size_t i = 0; i < cells_.size(); ++i) {
-    const std::size_t cell = (start + i) % cells_.size();
-    if (!has(covered, cell)) return cell;
-  }
-  return cells_.size();
+std::size_t CoverSearch::some_open(const OpenCells& open) {
+  return open.next_from(random() % cells_.size(), cells_.size());
 }
 
 // The same hexahedron with its faces turned outwards may hold more.
-void CoverSearch::improve_best(std::size_t index, const Bits& covered) {
+void CoverSearch::improve_best(std::size_t index, const OpenCells& open) {
   if (pool_[index].prism != kNoIndex) return;  // its sides lean as they hold most
   SixPlanes solid = pool_[index].solid;
   growth_.tilt(solid);
   growth_.push(solid, kOrders[6]);
   Candidate turned = candidate(solid);
-  if (gain(turned, covered) > gain(pool_[index], covered)) add(std::move(turned));
+  if (open.held_by(turned) > open.held_by(pool_[index])) pool_.add(std::move(turned));
 }
 
-void CoverSearch::choose(std::vector<std::size_t>& chosen, Bits& covered, int seeds,
+void CoverSearch::choose(std::vector<std::size_t>& chosen, OpenCells& open, int seeds,
                          std::size_t most_chosen) {
-  std::vector<std::size_t> at_most;
-  while (covered != all_ && chosen.size() < most_chosen) {
+  while (!open.empty() && chosen.size() < most_chosen) {
     tick(done_);
-    for (int i = 0; i < seeds; ++i) grow_from(some_uncovered(covered));
-    std::size_t most = 0;
-    std::size_t index = best(covered, at_most, most);
-    if (most == 0) {
+    for (int i = 0; i < seeds; ++i) grow_from(some_open(open));
+    OpenCells::Best best = open.best();
+    if (best.gain == 0) {
       if (seeds == 0) return;
-      grow_from(some_uncovered(covered));
+      grow_from(some_open(open));
       continue;
     }
-    if (seeds > 0 && most < count_open(covered)) {
-      improve_best(index, covered);
-      index = best(covered, at_most, most);
+    if (seeds > 0 && best.gain < open.count()) {
+      improve_best(best.index, open);
+      best = open.best();
     }
-    chosen.push_back(index);
-    cover(covered, pool_[index]);
+    chosen.push_back(best.index);
+    open.cover(pool_[best.index]);
   }
 }
 
-CoverSearch::Bits CoverSearch::union_of(const std::vector<std::size_t>& chosen) const {
-  Bits covered(all_.size(), 0);
-  for (const std::size_t i : chosen) cover(covered, pool_[i]);
-  return covered;
+CellBits CoverSearch::left_by(std::span<const std::size_t> chosen) const {
+  CellBits open = all_;
+  for (const std::size_t i : chosen)
+    for (const HeldWord& word : pool_[i].held) open[word.index] &= ~word.bits;
+  return open;
 }
 
+// Of a cover, those all of whose cells others hold, the first of them first.
 void CoverSearch::drop_redundant(std::vector<std::size_t>& chosen) const {
-  for (std::size_t i = 0; i < chosen.size();) {
-    std::vector<std::size_t> others = chosen;
-    others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
-    if (union_of(others) == all_)
-      chosen = std::move(others);
-    else
-      ++i;
+  for (std::size_t next = 0; next < chosen.size();) {
+    // Cells that one of them holds at least, and two.
+    CellBits once(all_.size(), 0), twice(all_.size(), 0);
+    for (const std::size_t i : chosen) {
+      for (const HeldWord& word : pool_[i].held) {
+        twice[word.index] |= once[word.index] & word.bits;
+        once[word.index] |= word.bits;
+      }
+    }
+    const auto is_redundant = [&](std::size_t i) {
+      return std::all_of(pool_[i].held.begin(), pool_[i].held.end(),
+                         [&](const HeldWord& word) { return (word.bits & ~twice[word.index]) == 0; });
+    };
+    while (next < chosen.size() && !is_redundant(chosen[next])) ++next;
+    if (next < chosen.size()) chosen.erase(chosen.begin() + static_cast<std::ptrdiff_t>(next));
   }
 }
 
@@ -511,28 +441,19 @@ bool CoverSearch::repair(std::vector<std::size_t>& chosen) {
   });
   kept.resize(kept.size() - out);
   // A new candidate grows from a cell that is open now.
-  Bits covered = union_of(kept);
-  if (covered != all_) grow_from(some_uncovered(covered));
+  OpenCells open(pool_, left_by(kept));
+  if (!open.empty()) grow_from(some_open(open));
   // Chance decides, so that the same hole is not always covered alike.
-  if (covered != all_ && random() % 2 == 0) {
-    const std::size_t cell = some_uncovered(covered);
-    std::size_t index = pool_.size(), most = 0;
-    for (std::size_t i = 0; i < pool_.size(); ++i) {
-      if (!holds(pool_[i], cell)) continue;
-      const std::size_t each = gain(pool_[i], covered);
-      if (each > most) {
-        most = each;
-        index = i;
-      }
-    }
-    if (index < pool_.size()) {
-      kept.push_back(index);
-      cover(covered, pool_[index]);
+  if (!open.empty() && random() % 2 == 0) {
+    const OpenCells::Best best = open.best_at(some_open(open));
+    if (best.gain > 0) {
+      kept.push_back(best.index);
+      open.cover(pool_[best.index]);
     }
   }
   // The hole is covered anew; the result is kept if it has no more hexahedra than before.
-  choose(kept, covered, 0, chosen.size());
-  if (covered != all_ || kept.size() > chosen.size()) return false;
+  choose(kept, open, 0, chosen.size());
+  if (!open.empty() || kept.size() > chosen.size()) return false;
   drop_redundant(kept);
   const bool is_better = kept.size() < chosen.size();
   chosen = std::move(kept);
@@ -607,17 +528,17 @@ void CoverSearch::replace(std::vector<std::size_t>& chosen, std::span<const Vect
                        [&](const Vector3& p) { return pool_[i].solid.above(p) <= 0.0; });
   };
   for (std::size_t i = 0; i < pool_.size(); ++i)
-    if (is_refused(i)) pool_[i].held.clear(), pool_[i].count = 0;
+    if (is_refused(i)) pool_.forget(i);
   std::erase_if(chosen, [&](std::size_t i) { return pool_[i].count == 0; });
-  Bits covered = union_of(chosen);
-  choose(chosen, covered, effort_.seeds_a_choice, static_cast<std::size_t>(-1));
+  OpenCells open(pool_, left_by(chosen));
+  choose(chosen, open, effort_.seeds_a_choice, static_cast<std::size_t>(-1));
   drop_redundant(chosen);
 }
 
 // A set for each candidate, of what it holds: cells that the same candidates hold are one element.
 std::vector<std::vector<std::uint32_t>> CoverSearch::pool_as_sets(std::size_t& elements) {
   const auto each_held = [&](std::size_t i, const auto& use) {
-    for (const Word& word : pool_[i].held)
+    for (const HeldWord& word : pool_[i].held)
       for (std::uint64_t bits = word.bits; bits != 0; bits &= bits - 1)
         use(word.index * 64 + static_cast<std::size_t>(std::countr_zero(bits)));
   };
@@ -650,7 +571,7 @@ void CoverSearch::choose_again(std::vector<std::size_t>& chosen, std::uint64_t w
   const std::vector<std::vector<std::uint32_t>> sets = pool_as_sets(elements);
   std::vector<std::size_t> fewer = fewer_sets(sets, elements, chosen, work);
   // Equal sums of different candidates would show here.
-  if (fewer.size() < chosen.size() && union_of(fewer) == all_) chosen = std::move(fewer);
+  if (fewer.size() < chosen.size() && OpenCells(pool_, left_by(fewer)).empty()) chosen = std::move(fewer);
 }
 
 void CoverSearch::look_for_fewer(std::vector<std::size_t>& chosen, int repairs) {
@@ -669,15 +590,15 @@ void CoverSearch::look_for_fewer(std::vector<std::size_t>& chosen, int repairs) 
 std::vector<SixPlanes> CoverSearch::run(double thinnest, double margin, const Check& check) {
   if (cells_.size() == 0) return {};
   std::vector<std::size_t> chosen;
-  Bits covered(all_.size(), 0);
   // A pool of candidates, and a cover of all cells chosen from it.
   for (const Sectors& sectors : sectors_) grow_sectors(sectors);
-  choose(chosen, covered, 0, pool_.size());  // sectors first: the rest is what others have to cover
-  for (int i = 0; i < effort_.first_seeds && covered != all_; ++i) {
+  OpenCells open(pool_, all_);
+  choose(chosen, open, 0, pool_.size());  // sectors first: the rest is what others have to cover
+  for (int i = 0; i < effort_.first_seeds && !open.empty(); ++i) {
     tick(done_);
-    grow_from(some_uncovered(covered));
+    grow_from(some_open(open));
   }
-  choose(chosen, covered, effort_.seeds_a_choice, static_cast<std::size_t>(-1));
+  choose(chosen, open, effort_.seeds_a_choice, static_cast<std::size_t>(-1));
   // Fewer of them, until the check accepts each.
   drop_redundant(chosen);
   look_for_fewer(chosen, effort_.repairs);

@@ -4,11 +4,11 @@
 #include <functional>
 #include <optional>
 #include <span>
-#include <unordered_map>
 #include <vector>
 
 #include "touchstone/contact_core/fit/mesh_distance.hpp"
 #include "touchstone/contact_core/fit/search/cells.hpp"
+#include "touchstone/contact_core/fit/search/pool.hpp"
 #include "touchstone/contact_core/fit/space/allowed_space.hpp"
 #include "touchstone/contact_core/fit/space/growth.hpp"
 #include "touchstone/contact_core/geometry/no_index.hpp"
@@ -52,19 +52,6 @@ class CoverSearch {
   const Uncovered& uncovered() const { return uncovered_; }
 
  private:
-  using Bits = std::vector<std::uint64_t>;
-  /// 64 cells, and which of them are held: those of a candidate are few, for cells are numbered by place.
-  struct Word {
-    std::uint32_t index;
-    std::uint64_t bits;
-    bool operator==(const Word&) const = default;
-  };
-  struct Candidate {
-    SixPlanes solid;
-    std::vector<Word> held;
-    std::size_t count = 0;           ///< of cells held
-    std::uint32_t prism = kNoIndex;  ///< that it is a slab of: by that alone it keeps to what is allowed
-  };
   struct Window {
     std::size_t first, last;  ///< strips of a prism
   };
@@ -82,19 +69,13 @@ class CoverSearch {
   std::vector<Vector3> points_of_sector(std::uint32_t ring, std::uint32_t sector) const;
   double limit_of(std::size_t cell) const;
   Candidate candidate(const SixPlanes& solid) const;
-  void add(Candidate candidate);
   std::vector<Normals> frames_at(std::size_t cell) const;
-  std::size_t gain(const Candidate& candidate, const Bits& covered) const;
-  std::size_t count_open(const Bits& covered) const;
-  std::size_t best(const Bits& covered, std::vector<std::size_t>& at_most, std::size_t& most) const;
-  static void cover(Bits& covered, const Candidate& candidate);
-  static bool holds(const Candidate& candidate, std::size_t cell);
   void replace(std::vector<std::size_t>& chosen, std::span<const Vector3> refused);
   void look_for_fewer(std::vector<std::size_t>& chosen, int repairs);
-  std::size_t some_uncovered(const Bits& covered);
-  void choose(std::vector<std::size_t>& chosen, Bits& covered, int seeds, std::size_t most_chosen);
-  void improve_best(std::size_t index, const Bits& covered);
-  Bits union_of(const std::vector<std::size_t>& chosen) const;
+  std::size_t some_open(const OpenCells& open);
+  void choose(std::vector<std::size_t>& chosen, OpenCells& open, int seeds, std::size_t most_chosen);
+  void improve_best(std::size_t index, const OpenCells& open);
+  CellBits left_by(std::span<const std::size_t> chosen) const;
   void drop_redundant(std::vector<std::size_t>& chosen) const;
   bool repair(std::vector<std::size_t>& chosen);
   std::vector<std::vector<std::uint32_t>> pool_as_sets(std::size_t& elements);
@@ -117,10 +98,9 @@ class CoverSearch {
   SearchEffort effort_;
   const std::function<void(double)>& progress_;  ///< of a share from 0 to 1; may be empty
   std::vector<Normals> main_frames_;
-  std::vector<Candidate> pool_;
-  std::unordered_multimap<std::uint64_t, std::size_t> by_held_;  ///< candidates by a hash of what they hold
-  Bits all_;
-  Bits settled_;  ///< cells that sectors of rings hold: what grows from them gains nothing
+  CandidatePool pool_;
+  CellBits all_;
+  CellBits settled_;  ///< cells that sectors of rings hold: what grows from them gains nothing
   Uncovered uncovered_;
   std::uint64_t state_ = 88172645463325252U;
   double done_ = 0.0;  ///< as said last
