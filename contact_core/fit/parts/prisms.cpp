@@ -334,8 +334,8 @@ bool has_cover(const Prism& prism) {
   return true;
 }
 
-// Right or tapered, and however thin.
-std::optional<Prism> prism_along(const Shell& shell, const Vector3& axis, double over) {
+// Right or tapered, however thin, and whether or not slabs of its strips keep to what is asked.
+std::optional<Prism> shape_along(const Shell& shell, const Vector3& axis, double over) {
   const Prism frame = frame_along(shell, axis, over);
   const std::optional<std::array<std::vector<Point>, 2>> ends = ends_of(shell, frame);
   if (!ends || (*ends)[0].empty() || (*ends)[1].empty()) return std::nullopt;
@@ -344,11 +344,56 @@ std::optional<Prism> prism_along(const Shell& shell, const Vector3& axis, double
   if (!prism) return std::nullopt;
   choose_up(*prism, prism->room);
   prism->thickness = std::min(thickness(prism->section), prism->high - prism->low);
-  if (!has_cover(*prism)) return std::nullopt;
   prism->triangles = shell.triangles;
   for (std::size_t t = 0; t < shell.corners.size(); t += 3)
     prism->surface.push_back({shell.corners[t], shell.corners[t + 1], shell.corners[t + 2]});
   return prism;
+}
+
+// One that has a cover of slabs.
+std::optional<Prism> prism_along(const Shell& shell, const Vector3& axis, double over) {
+  std::optional<Prism> prism = shape_along(shell, axis, over);
+  if (prism && !has_cover(*prism)) return std::nullopt;
+  return prism;
+}
+
+// One of `count` stairs that a tapered one is cut into across its axis: covered by upright slabs on its lower
+// end, as far as these keep to what is asked of the tapered one.
+Prism stair_of(const Prism& tapered, std::size_t index, std::size_t count) {
+  Prism stair = tapered;
+  const double share = static_cast<double>(index) / static_cast<double>(count),
+               length = tapered.high - tapered.low;
+  stair.low = tapered.low + share * length;
+  stair.high = tapered.low + static_cast<double>(index + 1) / static_cast<double>(count) * length;
+  // The section is what the tapered one has at this height.
+  for (Point& q : stair.section)
+    for (int k = 0; k < 2; ++k) q[k] = (1.0 - share * tapered.narrows) * q[k] + share * tapered.leans[k];
+  stair.narrows = 0.0;
+  stair.leans = {0.0, 0.0};
+  stair.borders.clear();
+  choose_up(stair, stair.room);
+  stair.thickness = thickness(stair.section);
+  // Nothing is cut off the ends of the first and the last one.
+  if (index > 0) stair.surface = parts_of(stair.surface, {stair.axis, -stair.low}, 1.0);
+  if (index + 1 < count) stair.surface = parts_of(stair.surface, {stair.axis, -stair.high}, -1.0);
+  return stair;
+}
+
+// A tapered slice that widens so fast that the sides of slabs would be too nearly in one plane: as few stairs
+// as have a cover each; none where many would not do.
+std::vector<Prism> stairs_along(const Shell& slice, const Vector3& axis, double over) {
+  std::optional<Prism> tapered = shape_along(slice, axis, over);
+  if (!tapered || !tapered->is_tapered()) tapered = shape_along(slice, -axis, over);
+  if (!tapered || !tapered->is_tapered()) return {};
+  for (std::size_t count = 2; count <= kMostSteps; ++count) {
+    std::vector<Prism> stairs;
+    while (stairs.size() < count) {
+      stairs.push_back(stair_of(*tapered, stairs.size(), count));
+      if (!has_cover(stairs.back())) break;
+      if (stairs.size() == count) return stairs;
+    }
+  }
+  return {};
 }
 
 // The heights along the axis at which a shell has corners, those within `room` as one; none where they are
@@ -402,8 +447,11 @@ Shell slice_of(const std::vector<Polygon>& polygons, const Vector3& axis, double
 bool give_flat_ones(const std::vector<Polygon>& flat, double room, std::vector<Prism>& slices) {
   for (const Polygon& each : flat) {
     const auto slice = std::find_if(slices.begin(), slices.end(), [&](const Prism& prism) {
-      return std::all_of(each.begin(), each.end(),
-                         [&](const Vector3& p) { return prism.distance(p) <= 2.0 * room; });
+      return std::all_of(each.begin(), each.end(), [&](const Vector3& p) {
+        const double at = dot(prism.axis, p);
+        return at >= prism.low - 2.0 * room && at <= prism.high + 2.0 * room &&
+               prism.distance(p) <= 2.0 * room;
+      });
     });
     if (slice == slices.end()) return false;
     slice->surface.push_back(each);
@@ -431,8 +479,13 @@ std::vector<Prism> stack_along(const Shell& shell, const Vector3& axis, double o
     slice.triangles = shell.triangles;
     std::optional<Prism> prism = prism_along(slice, axis, over);
     if (!prism) prism = prism_along(slice, -axis, over);
-    if (!prism) return {};
-    slices.push_back(*std::move(prism));
+    if (prism) {
+      slices.push_back(*std::move(prism));
+      continue;
+    }
+    std::vector<Prism> stairs = stairs_along(slice, axis, over);
+    if (stairs.empty()) return {};
+    for (Prism& stair : stairs) slices.push_back(std::move(stair));
   }
   return give_flat_ones(flat, room, slices) ? slices : std::vector<Prism>();
 }
