@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <span>
 
 #include "touchstone/adapters/cover_proof/exact_cover.hpp"
 #include "touchstone/adapters/cover_proof/excess_proof.hpp"
@@ -76,6 +77,20 @@ class CoverCheck {
     return result;
   }
 
+  // Whether a plane of the hull has none of a polygon's inside below it, and not all of it in it: then the
+  // hull holds nothing of it that has an area.
+  bool is_beside(const Hull& hull, std::span<const Vector3> corners) const {
+    return std::any_of(hull.planes.begin(), hull.planes.end(), [&](const FacetPlane& plane) {
+      bool is_above = false;
+      for (const Vector3& p : corners) {
+        const int at = side(plane, p, grid_);
+        if (at < 0) return false;
+        is_above = is_above || at > 0;
+      }
+      return is_above;
+    });
+  }
+
   bool is_in_one(const std::array<Vector3, 3>& corners, const std::vector<const Hull*>& hulls) const {
     return std::any_of(hulls.begin(), hulls.end(), [&](const Hull* hull) {
       return std::all_of(corners.begin(), corners.end(), [&](const Vector3& p) {
@@ -93,7 +108,7 @@ class CoverCheck {
       // Hexahedra away from the triangle cannot cover it.
       const Vector3 low = corners[0].cwiseMin(corners[1]).cwiseMin(corners[2]);
       const Vector3 high = corners[0].cwiseMax(corners[1]).cwiseMax(corners[2]);
-      const std::vector<const Hull*> hulls = hulls_meeting(low, high);
+      std::vector<const Hull*> hulls = hulls_meeting(low, high);
       // Most triangles lie in one hexahedron, where no cut is needed.
       if (is_in_one(corners, hulls)) {
         ++verdict_.in_one_hexahedron;
@@ -110,6 +125,7 @@ class CoverCheck {
         verdict_.reason = "triangle " + std::to_string(t) + ", which has no area, is not covered";
         return false;
       }
+      std::erase_if(hulls, [&](const Hull* hull) { return is_beside(*hull, corners); });
       if (subtract(polygon, hulls, 1, left)) continue;
       verdict_.reason = "triangle " + std::to_string(t) + " is not covered at " +
                         text_of(middle_of(left.front(), grid_)) + " m";
@@ -169,11 +185,18 @@ class CoverCheck {
 
   // Those that may take a part of this facet: of two hulls whose facets lie in one plane and face the same
   // way the first keeps it.
-  std::vector<const Hull*> others_at(std::size_t h, const FacetPlane& facet, const Vector3& low,
-                                     const Vector3& high) const {
+  std::vector<const Hull*> others_at(std::size_t h, const FacetPlane& facet) const {
+    // They can only be hulls that meet the facet's box.
+    Vector3 low = Vector3::Constant(1e300), high = -low;
+    std::vector<Vector3> corners;
+    for (const int i : facet.corners) {
+      corners.push_back(claim_.hexahedra[h][i]);
+      low = low.cwiseMin(corners.back());
+      high = high.cwiseMax(corners.back());
+    }
     std::vector<const Hull*> result;
     for (const Hull* other : hulls_meeting(low, high)) {
-      if (other == &hulls_[h]) continue;
+      if (other == &hulls_[h] || is_beside(*other, corners)) continue;
       const bool shares =
           other > &hulls_[h] &&
           std::any_of(other->planes.begin(), other->planes.end(), [&](const FacetPlane& plane) {
@@ -188,17 +211,11 @@ class CoverCheck {
     if (!solid.has_closed_shells()) return true;
     for (std::size_t h = 0; h < hulls_.size(); ++h) {
       for (const FacetPlane& facet : hulls_[h].planes) {
-        // A facet can be covered only by hexahedra that meet its box.
         Polygon polygon;
-        Vector3 low = Vector3::Constant(1e300), high = -low;
-        for (const int i : facet.corners) {
-          polygon.push_back(hulls_[h].points[i]);
-          low = low.cwiseMin(claim_.hexahedra[h][i]);
-          high = high.cwiseMax(claim_.hexahedra[h][i]);
-        }
+        for (const int i : facet.corners) polygon.push_back(hulls_[h].points[i]);
         // Pieces that no other hexahedron covers are part of the outer surface.
         std::vector<Polygon> left;
-        subtract(polygon, others_at(h, facet, low, high), static_cast<std::size_t>(-1), left);
+        subtract(polygon, others_at(h, facet), static_cast<std::size_t>(-1), left);
         verdict_.outer_pieces += left.size();
         // No inside of a closed shell may lie beyond the outer surface.
         for (const Polygon& piece : left) {
