@@ -34,13 +34,13 @@ ReadMesh read_mesh(const std::filesystem::path& file, const MeshInput& input) {
   ReadMesh out;
   out.metres_per_unit = states_unit ? 1.0 : *input.metres_per_unit;
   const bool is_plain_stl = extension_of(file) == ".stl" && input.up == UpAxis::as_written;
-  if (is_plain_stl && !input.expected_size) {
-    out.mesh = read_stl(file.string(), out.metres_per_unit);
-    return out;
-  }
+  if (is_plain_stl) out.mesh = read_stl(file.string(), out.metres_per_unit);
   LoadedMesh loaded = load_mesh(file, {input.metres_per_unit, input.up, input.expected_size});
-  if (!loaded.report.bounds_a_solid() || loaded.report.rounding > 0.0) out.note = to_string(loaded.report);
-  out.mesh = is_plain_stl ? read_stl(file.string(), out.metres_per_unit) : std::move(loaded.mesh);
+  const bool is_whole = loaded.report.bounds_a_solid();
+  // Triangles without an area close seams, or hang on a solid that is closed without them.
+  const bool hang = is_plain_stl && is_whole && find_shells(weld(out.mesh)).open_edges > 0;
+  if (!is_whole || hang || loaded.report.rounding > 0.0) out.note = to_string(loaded.report);
+  if (!is_plain_stl || hang) out.mesh = std::move(loaded.mesh);
   return out;
 }
 

@@ -28,7 +28,8 @@ struct ReadMesh {
   std::string note;
 };
 
-/// STL triangles are all kept, those without an area too; other formats' are left out and noted.
+/// Triangles without an area are left out and noted; of an STL file they are kept unless the others bound a
+/// solid that they leave open.
 /// @throws InputError as load_mesh(), and for a unit that is missing.
 ReadMesh read_mesh(const std::filesystem::path& file, const MeshInput& input);
 
