@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <queue>
+#include <span>
 #include <vector>
 
 #include "touchstone/contact_core/geometry/hexahedron.hpp"
@@ -14,8 +15,10 @@ namespace {
 struct Corner {
   Vector3 p = Vector3::Zero();
   MeshDistance::Nearest nearest{0.0, 0};
-  bool is_inside = false;
+  int winding = 0;
   bool is_known = false;
+
+  bool is_inside() const { return winding != 0; }
 };
 using Corners = std::array<Corner, 4>;
 
@@ -27,8 +30,9 @@ struct Piece {
 
 class ExcessSearch {
  public:
-  ExcessSearch(const MeshDistance& mesh, const Bounds* box, double resolution)
-      : mesh_(mesh), box_(box), resolution_(resolution) {}
+  /// @param limit where this alone is asked whether a point is farther [m]; else negative
+  ExcessSearch(const MeshDistance& mesh, const Bounds* box, double resolution, double limit)
+      : mesh_(mesh), box_(box), resolution_(resolution), limit_(limit) {}
 
   ExcessBound result{0.0, 0.0};
   std::priority_queue<Piece> open;
@@ -48,36 +52,35 @@ class ExcessSearch {
     for (const Corner& corner : corners) radius = std::max(radius, norm(corner.p - centre));
     const MeshDistance::Nearest nearest = mesh_.nearest_from(centre, hint);
     double most = std::min(farthest(corners, nearest.triangle), nearest.distance + radius);
-    if (most <= result.least + resolution_) return settle(most);
+    if (is_enough(most)) return settle(most);
     // A piece within the solid ends here.
-    const bool is_inside = is_inside_near(centre, nearest.distance, corners);
-    if (is_inside && nearest.distance >= radius * (1.0 + 1e-12)) return;
-    if (!is_inside) note(centre, nearest.distance);
+    Corner middle{centre, nearest, 0, true};
+    middle.winding = winding_near(middle, corners);
+    if (middle.is_inside() && nearest.distance >= radius * (1.0 + 1e-12)) return;
+    if (!middle.is_inside()) note(centre, nearest.distance);
     // Each corner tightens the bound by its nearest triangle.
     std::array<Vector3, 4> held{};  // of the solid: the corners inside, and what is nearest to the others
     double moved = 0.0;
     for (int i = 0; i < 4; ++i) {
-      if (most <= result.least + resolution_) return settle(most);
+      if (is_enough(most)) return settle(most);
       Corner& corner = corners[i];
       if (!corner.is_known) {
         corner.nearest = mesh_.nearest_from(corner.p, nearest.triangle);
-        const double distance_to_corner = norm(corner.p - centre) * (1.0 + 1e-9);
-        corner.is_inside = std::max(nearest.distance, corner.nearest.distance) > distance_to_corner
-                               ? is_inside
-                               : mesh_.is_inside(corner.p);
+        corner.winding = winding_near(corner, std::span(&middle, 1));
         corner.is_known = true;
       }
       held[i] = corner.p;
       if (corner.nearest.triangle != nearest.triangle)
         most = std::min(most, farthest(corners, corner.nearest.triangle));
-      if (corner.is_inside) continue;
+      if (corner.is_inside()) continue;
       note(corner.p, corner.nearest.distance);
       moved = std::max(moved, corner.nearest.distance);
       held[i] = mesh_.closest_on(corner.p, corner.nearest.triangle);
     }
     // If the tetrahedron of the held points is solid, no point is further out than its corners moved.
-    if (moved + 0.5 * resolution_ < most && is_solid(held)) most = moved + 0.5 * resolution_;
-    if (most <= result.least + resolution_) return settle(most);
+    const double slack = limit_ >= 0.0 ? limit_ - moved : 0.5 * resolution_;
+    if (slack > 0.0 && moved + slack < most && is_solid(held, slack, middle)) most = moved + slack;
+    if (is_enough(most)) return settle(most);
     open.push({corners, most});
   }
 
@@ -99,7 +102,7 @@ class ExcessSearch {
     Corner middle;
     middle.p = 0.5 * (piece.corners[a].p + piece.corners[b].p);
     middle.nearest = mesh_.nearest_from(middle.p, piece.corners[a].nearest.triangle);
-    middle.is_inside = is_inside_near(middle.p, middle.nearest.distance, piece.corners);
+    middle.winding = winding_near(middle, piece.corners);
     middle.is_known = true;
     for (const int corner : {a, b}) {
       Corners half = piece.corners;
@@ -109,13 +112,21 @@ class ExcessSearch {
   }
 
  private:
-  // A corner that the surface does not part from p is on the same side; else a ray decides.
-  bool is_inside_near(const Vector3& p, double distance, const Corners& corners) const {
-    for (const Corner& corner : corners)
-      if (corner.is_known && std::max(distance, corner.nearest.distance) > norm(corner.p - p) * (1.0 + 1e-9))
-        return corner.is_inside;
-    return mesh_.is_inside(p);
+  // Where the surface does not part p from a known corner that is as there; else what is between both tells.
+  int winding_near(const Corner& p, std::span<const Corner> corners) const {
+    const Corner* farthest = nullptr;  // from the surface
+    for (const Corner& known : corners) {
+      if (!known.is_known) continue;
+      if (std::max(p.nearest.distance, known.nearest.distance) > norm(known.p - p.p) * (1.0 + 1e-9))
+        return known.winding;
+      if (farthest == nullptr || known.nearest.distance > farthest->nearest.distance) farthest = &known;
+    }
+    if (farthest == nullptr) return mesh_.winding(p.p);
+    return mesh_.winding_near({farthest->p, farthest->nearest.distance, farthest->winding}, p.p);
   }
+
+  // Whether a piece of this bound need not be divided.
+  bool is_enough(double most) const { return most <= std::max(limit_, result.least + resolution_); }
 
   void settle(double most) { settled_ = std::max(settled_, most); }
 
@@ -125,14 +136,14 @@ class ExcessSearch {
     result.where = p;
   }
 
-  // Whether the tetrahedron, drawn in by half the resolution, is within the solid.
-  bool is_solid(std::array<Vector3, 4> held) const {
+  // Whether the tetrahedron, drawn in by the slack, is within the solid.
+  bool is_solid(std::array<Vector3, 4> held, double slack, const Corner& near) const {
     const Vector3 centre = 0.25 * ((held[0] + held[1]) + (held[2] + held[3]));
     double radius = 0.0;
     for (const Vector3& p : held) radius = std::max(radius, norm(p - centre));
-    const double share = std::min(0.5, 0.5 * resolution_ / radius);
+    const double share = std::min(0.5, slack / radius);
     for (Vector3& p : held) p += share * (centre - p);
-    return radius > 0.0 && mesh_.is_solid(held);
+    return radius > 0.0 && mesh_.is_solid(held, {near.p, near.nearest.distance, near.winding});
   }
 
   bool counts(const Vector3& p) const {
@@ -154,15 +165,17 @@ class ExcessSearch {
 
   const MeshDistance& mesh_;
   const Bounds* box_;
-  double resolution_;
+  double resolution_, limit_;
   double settled_ = 0.0;
 };
 
 }  // namespace
 
-ExcessBound bound_excess(const MeshDistance& mesh, const std::array<Vector3, 8>& vertices, double resolution,
-                         double enough, const Bounds* box, std::size_t most_pieces) {
-  ExcessSearch search(mesh, box, resolution);
+namespace {
+
+// Fills the hull with pieces. @return what distances, midpoints and bends are off by: a few roundings of the
+// largest coordinate
+double fill(ExcessSearch& search, const MeshDistance& mesh, const std::array<Vector3, 8>& vertices) {
   // All pieces have the centre of the vertices as a corner.
   Vector3 centre = Vector3::Zero();
   double largest = mesh.largest_coordinate();
@@ -175,7 +188,7 @@ ExcessBound bound_excess(const MeshDistance& mesh, const std::array<Vector3, 8>&
     for (int fold = 0; fold < 2; ++fold) {
       const Vector3 &a = vertices[face[fold]], &b = vertices[face[fold + 1]], &c = vertices[face[fold + 2]],
                     &d = vertices[face[(fold + 3) % 4]];
-      // One fold is enough for a face that is flat to rounding; what the other adds is in the margin below.
+      // One fold is enough for a face that is flat to rounding; what the other adds is in the margin.
       const Vector3 n = cross(c - a, d - b);
       const double bend = norm(n) > 0.0 ? std::abs(dot(n, b - a)) / norm(n) : 0.0;
       if (fold == 1 && bend <= 0x1p-44 * largest) continue;
@@ -183,7 +196,11 @@ ExcessBound bound_excess(const MeshDistance& mesh, const std::array<Vector3, 8>&
       search.add({centre, a, c, d});
     }
   }
-  // The worst piece is divided until the bound is close enough, or decides.
+  return 0x1p-42 * largest;
+}
+
+// The worst piece is divided until the bound is close enough, or decides.
+void divide_worst(ExcessSearch& search, double resolution, double enough, std::size_t most_pieces) {
   while (!search.open.empty() && search.result.pieces < most_pieces) {
     const double most = search.open.top().most;
     if (most <= search.result.least + resolution || most <= enough) break;
@@ -193,10 +210,32 @@ ExcessBound bound_excess(const MeshDistance& mesh, const std::array<Vector3, 8>&
     search.divide(piece);
   }
   const double open = search.open.empty() ? 0.0 : search.open.top().most;
-  const double most = std::max(open, search.settled());
-  // Distances, midpoints and bends are off by a few roundings of the largest coordinate.
-  search.result.most = std::max(most, search.result.least) + 0x1p-42 * largest;
+  search.result.most = std::max({open, search.settled(), search.result.least});
+}
+
+}  // namespace
+
+ExcessBound bound_excess(const MeshDistance& mesh, const std::array<Vector3, 8>& vertices, double resolution,
+                         double enough, const Bounds* box, std::size_t most_pieces) {
+  ExcessSearch search(mesh, box, resolution, -1.0);
+  const double rounding = fill(search, mesh, vertices);
+  divide_worst(search, resolution, enough, most_pieces);
+  search.result.most += rounding;
   return search.result;
+}
+
+std::optional<Vector3> find_beyond(const MeshDistance& mesh, const std::array<Vector3, 8>& vertices,
+                                   double limit, double resolution, const Bounds* box,
+                                   std::size_t most_pieces) {
+  double largest = mesh.largest_coordinate();
+  for (const Vector3& p : vertices) largest = std::max(largest, norm_inf(p));
+  const double below = std::max(0.0, limit - 0x1p-41 * largest);  // the bound's rounding is added below it
+  ExcessSearch search(mesh, box, resolution, below);
+  search.result.where = vertices[0];
+  const double rounding = fill(search, mesh, vertices);
+  divide_worst(search, resolution, below, most_pieces);
+  if (search.result.most + rounding <= limit) return std::nullopt;
+  return search.result.where;
 }
 
 }  // namespace touchstone

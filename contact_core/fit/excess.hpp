@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 
 #include "touchstone/contact_core/fit/mesh_distance.hpp"
 
@@ -30,5 +31,12 @@ struct ExcessBound {
 /// @param most_pieces stops then, with bounds that hold
 ExcessBound bound_excess(const MeshDistance& mesh, const std::array<Vector3, 8>& vertices, double resolution,
                          double enough = 0.0, const Bounds* box = nullptr, std::size_t most_pieces = 200000);
+
+/// Nothing where no point of the hull is farther than a limit; else one that is, or that may be as far as the
+/// resolution or the pieces tell. The sooner known the farther below the limit the solid's parts are.
+/// @param limit, resolution [m]; > 0
+std::optional<Vector3> find_beyond(const MeshDistance& mesh, const std::array<Vector3, 8>& vertices,
+                                   double limit, double resolution, const Bounds* box = nullptr,
+                                   std::size_t most_pieces = 200000);
 
 }  // namespace touchstone

@@ -144,12 +144,11 @@ class Measures {
   }
 
   std::optional<Vector3> beyond(const std::array<Vector3, 8>& vertices) const {
-    const ExcessBound whole = bound_excess(mesh_, vertices, options_.over / kClosest, options_.over);
-    if (whole.most > options_.over) return whole.where;
+    std::optional<Vector3> point = find_beyond(mesh_, vertices, options_.over, options_.over / kClosest);
+    if (point) return point;
     for (const FitRegion& region : options_.regions) {
-      const ExcessBound part =
-          bound_excess(mesh_, vertices, region.over / kClosest, region.over, &region.box);
-      if (part.most > region.over) return part.where;
+      point = find_beyond(mesh_, vertices, region.over, region.over / kClosest, &region.box);
+      if (point) return point;
     }
     return std::nullopt;
   }

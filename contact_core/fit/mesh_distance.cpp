@@ -15,7 +15,9 @@ namespace {
 
 constexpr std::uint32_t kLeafTriangles = 4;
 constexpr int kDeepest = 64;
-constexpr double kEdge = 1e-9;  // of the triangle: nearer to an edge another ray is asked
+constexpr double kEndless = 1e300;
+constexpr double kOnSurface = 1e-9;  // of the largest coordinate: nearer, rounding may decide on the side
+constexpr double kEdge = 1e-9;       // of the triangle: nearer to an edge another ray is asked
 
 // From the point of a triangle that is nearest to p to p: the region of the plane that p projects into
 // decides (Ericson, Real-Time Collision Detection, 5.1.5). Triangles without area end in the cases of their
@@ -49,8 +51,6 @@ double squared_distance(const Vector3& p, const Vector3& a, const Vector3& b, co
 // Whether the axis has the two on different sides, `room` between them.
 bool is_between(const Vector3& axis, const std::array<Vector3, 4>& t, const std::array<Vector3, 3>& u,
                 double room) {
-  const double length = norm(axis);
-  if (length == 0.0) return false;
   double t_low = 1e300, t_high = -1e300, u_low = 1e300, u_high = -1e300;
   for (const Vector3& p : t) {
     const double at = dot(axis, p - t[0]);
@@ -62,7 +62,8 @@ bool is_between(const Vector3& axis, const std::array<Vector3, 4>& t, const std:
     u_low = std::min(u_low, at);
     u_high = std::max(u_high, at);
   }
-  return u_low - t_high > room * length || t_low - u_high > room * length;
+  const double gap = std::max(u_low - t_high, t_low - u_high);
+  return gap > 0.0 && gap > room * norm(axis);
 }
 
 // As the box about the tetrahedron tells, and the axes of both.
@@ -105,8 +106,9 @@ double squared_distance(const Vector3& p, const Vector3& low, const Vector3& hig
   return dot(out, out);
 }
 
-bool ray_meets(const Vector3& p, const Vector3& inverse, const Vector3& low, const Vector3& high) {
-  double begin = 0.0, end = 1e300;
+bool ray_meets(const Vector3& p, const Vector3& inverse, double length, const Vector3& low,
+               const Vector3& high) {
+  double begin = 0.0, end = length;
   for (int axis = 0; axis < 3; ++axis) {
     const double t0 = (low(axis) - p(axis)) * inverse(axis), t1 = (high(axis) - p(axis)) * inverse(axis);
     begin = std::max(begin, std::min(t0, t1));
@@ -366,7 +368,7 @@ bool may_be_on(const Facing& t, const Vector3& p) {
 
 }  // namespace
 
-bool MeshDistance::is_solid(const std::array<Vector3, 4>& tetrahedron) const {
+bool MeshDistance::is_solid(const std::array<Vector3, 4>& tetrahedron, const Known& near) const {
   constexpr std::size_t kMostMet = 24;  // of more triangles a part is looked at
   constexpr int kMostBacks = 2;         // more shells hardly lie in each other
   Bounds box;
@@ -384,13 +386,13 @@ bool MeshDistance::is_solid(const std::array<Vector3, 4>& tetrahedron) const {
   // Its middle and its corners are asked in turn, unless they are on a wall.
   const std::span<const Facing> walls = std::span<const Facing>(met).first(count);
   const Vector3 middle = 0.25 * ((tetrahedron[0] + tetrahedron[1]) + (tetrahedron[2] + tetrahedron[3]));
-  if (count == 0) return is_inside(middle);
+  if (count == 0) return winding_near(near, middle) != 0;
   for (const Vector3& from : {middle, tetrahedron[0], tetrahedron[1], tetrahedron[2], tetrahedron[3]}) {
     if (std::any_of(walls.begin(), walls.end(), [&](const Facing& wall) { return may_be_on(wall, from); }))
       continue;
     const int backs = groups_of_backs(from, walls);
     if (backs > kMostBacks) continue;
-    const std::optional<int> winding = winding_about(from);
+    const std::optional<int> winding = winding_about(from, near);
     if (winding && *winding > backs) return true;
   }
   return false;
@@ -413,22 +415,23 @@ bool MeshDistance::is_one_wall(const Bounds& box, const Plane& plane, double roo
   return is_wall && turn != 0.0;
 }
 
-bool MeshDistance::count_crossings(const Vector3& p, const Vector3& direction, int& winding) const {
+bool MeshDistance::count_crossings(const Vector3& p, const Vector3& direction, double length,
+                                   int& winding) const {
   const Vector3 inverse = direction.cwiseInverse();
-  // Nodes that the ray meets are opened.
+  // Nodes that the way meets are opened.
   std::array<std::uint32_t, kDeepest> stack{};
   int size = 0;
   stack[size++] = 0;
   winding = 0;
   while (size > 0) {
     const Node& node = nodes_[stack[--size]];
-    if (!ray_meets(p, inverse, node.low, node.high)) continue;
+    if (!ray_meets(p, inverse, length, node.low, node.high)) continue;
     if (node.count == 0) {
       stack[size++] = node.first;
       stack[size++] = node.first + 1;
       continue;
     }
-    // Triangles that the ray crosses count by their side; a ray near an edge decides nothing.
+    // Triangles that the way crosses count by their side; one near an edge decides nothing.
     for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
       const Corners& t = corners_[i];
       if (t.edge == 0.0) continue;
@@ -440,15 +443,32 @@ bool MeshDistance::count_crossings(const Vector3& p, const Vector3& direction, i
       const double lowest = std::min({u, v, w}), along = dot(ac, q);
       if (lowest < -t.edge) continue;
       if (std::abs(det) <= t.edge || lowest <= t.edge) return false;
-      if (sign * along > 0.0) winding += det < 0.0 ? 1 : -1;  // outwards
+      if (sign * along > 0.0 && sign * along < length * std::abs(det)) winding += det < 0.0 ? 1 : -1;
     }
   }
   return true;
 }
 
-bool MeshDistance::is_inside(const Vector3& p) const {
-  if (!has_closed_ || (p - bounds_.low).minCoeff() < 0.0 || (bounds_.high - p).minCoeff() < 0.0) return false;
-  return winding_about(p).value_or(0) != 0;
+int MeshDistance::winding(const Vector3& p) const {
+  if (!has_closed_ || (p - bounds_.low).minCoeff() < 0.0 || (bounds_.high - p).minCoeff() < 0.0) return 0;
+  return winding_about(p).value_or(0);
+}
+
+int MeshDistance::winding_near(const Known& known, const Vector3& p) const {
+  if (!has_closed_) return 0;
+  return winding_about(p, known).value_or(0);
+}
+
+std::optional<int> MeshDistance::winding_about(const Vector3& p, const Known& near) const {
+  const Vector3 way = near.p - p;
+  const double length = norm(way);
+  if (near.distance > length * (1.0 + 1e-9)) return near.winding;
+  int more = 0;
+  if (near.distance > kOnSurface * largest_coordinate_ && way.cwiseAbs().minCoeff() > 0.0 &&
+      count_crossings(p, way / length, length, more))
+    return near.winding + more;
+  if ((p - bounds_.low).minCoeff() < 0.0 || (bounds_.high - p).minCoeff() < 0.0) return 0;
+  return winding_about(p);
 }
 
 std::optional<int> MeshDistance::winding_about(const Vector3& p) const {
@@ -462,7 +482,7 @@ std::optional<int> MeshDistance::winding_about(const Vector3& p) const {
   direction(axis) = to_low < to_high ? -0.9829 : 0.9829;
   int winding = 0;
   for (int attempt = 0; attempt < 40; ++attempt) {
-    if (count_crossings(p, direction, winding)) return winding;
+    if (count_crossings(p, direction, kEndless, winding)) return winding;
     direction = Vector3(direction.y() * 1.137 - 0.319 * direction.z(), direction.z() + 0.271 * direction.x(),
                         direction.x() - 0.613 * direction.y());
     direction /= norm(direction);

@@ -59,6 +59,12 @@ class MeshDistance {
   double to_triangle(const Vector3& p, std::uint32_t triangle) const;
   /// The point of a triangle that is nearest to p.
   Vector3 closest_on(const Vector3& p, std::uint32_t triangle) const;
+  /// A point of which it is known how far the surface is [m], and how often the closed shells wind about it.
+  struct Known {
+    Vector3 p;
+    double distance;
+    int winding;
+  };
   /// Returns whether the closed shells wind about all of a tetrahedron, with room for rounding. May return
   /// false where they do.
   ///
@@ -68,14 +74,23 @@ class MeshDistance {
   /// behind the second; and both at once only where they overlap in one plane. So it is enough that the
   /// winding number is larger at one point than the number of groups of triangles that meet the tetrahedron,
   /// show that point their back, and of which the segment meets one at most.
-  bool is_solid(const std::array<Vector3, 4>& tetrahedron) const;
+  /// @param near that has the number sooner known
+  bool is_solid(const std::array<Vector3, 4>& tetrahedron, const Known& near) const;
+  bool is_solid(const std::array<Vector3, 4>& tetrahedron) const {
+    const Vector3& p = tetrahedron[0];
+    return is_solid(tetrahedron, {p, 0.0, 0});
+  }
   /// Whether one flat wall, and nothing else, meets a box: every triangle that does is of a closed shell,
   /// within `room` [m] of the plane, and faces along its normal, or all face against it. The plane's part in
   /// the box then is surface throughout. May return false where it is so.
   bool is_one_wall(const Bounds& box, const Plane& plane, double room) const;
-  /// Whether the closed shells wind about a point that is not on the surface. On it, and within rounding of
-  /// it, either answer.
-  bool is_inside(const Vector3& p) const;
+  /// How often the closed shells wind about a point that is not on the surface. On it, and within rounding of
+  /// it, that of either side.
+  int winding(const Vector3& p) const;
+  /// The same as winding(), sooner known where a known point is near: by what is between both.
+  int winding_near(const Known& known, const Vector3& p) const;
+  /// Whether it is not 0.
+  bool is_inside(const Vector3& p) const { return winding(p) != 0; }
   /// Distance to the surface, negative inside [m].
   double signed_distance(const Vector3& p) const;
   /// Distance to the solid, 0 inside [m].
@@ -98,8 +113,12 @@ class MeshDistance {
   void split(std::uint32_t node, std::uint32_t begin, std::uint32_t end);
   /// Nothing on the surface, and within rounding of it.
   std::optional<int> winding_about(const Vector3& p) const;
-  /// Winding number by one ray; false where the ray meets an edge to rounding.
-  bool count_crossings(const Vector3& p, const Vector3& direction, int& winding) const;
+  std::optional<int> winding_about(const Vector3& p, const Known& near) const;
+  /// By how much the winding number at p is larger than at the end of a way; false where the way meets an
+  /// edge to rounding.
+  /// @param direction unit, no component of it 0
+  /// @param length of the way [m]; kEndless: it leaves the mesh
+  bool count_crossings(const Vector3& p, const Vector3& direction, double length, int& winding) const;
 
   TriangleMesh mesh_;
   MeshShells shells_;

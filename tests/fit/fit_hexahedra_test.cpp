@@ -261,6 +261,27 @@ TEST(MeshDistance, ATetrahedronInCrossingShellsIsSolidOnlyWhereAllOfItIs) {
   EXPECT_GT(solid, 500U);
 }
 
+TEST(MeshDistance, TheWindingNumberNearAKnownPointIsThatOfARay) {
+  std::size_t changed = 0;
+  for (std::uint64_t round = 0; round < 200; ++round) {
+    test::RandomShells random(9000 + round);
+    const MeshDistance mesh(weld(random.mesh()));
+    for (int k = 0; k < 200; ++k) {
+      const auto point = [&] { return random.within(mesh.bounds().low, mesh.bounds().high); };
+      // Grids make points on surfaces, edges and corners, and ways along axes.
+      const auto on_grid = [&](Vector3 p) {
+        return random.one_in(2) ? p : Vector3((4.0 * p).array().round() / 4.0);
+      };
+      const Vector3 known = on_grid(point()), p = on_grid(known + 0.5 * random.next() * (point() - known));
+      const MeshDistance::Known there{known, mesh.nearest(known).distance, mesh.winding(known)};
+      if (mesh.nearest(p).distance < 1e-6) continue;
+      EXPECT_EQ(mesh.winding_near(there, p), mesh.winding(p)) << "round " << round << ", point " << k;
+      changed += there.winding != mesh.winding(p) ? 1 : 0;
+    }
+  }
+  EXPECT_GT(changed, 1000U);
+}
+
 TEST(Excess, IsTheLargestDistanceNotOnlyOnTheSurface) {
   const MeshDistance box(weld(box_mesh({0, 0, 0}, {2, 2, 2})));
   const ExcessBound larger = bound_excess(box, box_vertices({-0.5, 0, 0}, {2, 2, 2.25}), 1e-3);

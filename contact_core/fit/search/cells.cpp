@@ -258,7 +258,7 @@ class CellBuilder {
     for (int i = 0; i < 8; ++i) corners[i] = corner_of(box.low, box.high, i);
     const auto is_near = [&](const Vector3& p) { return mesh_.nearest(p).distance <= limit || is_inside(p); };
     return std::all_of(corners.begin(), corners.end(), is_near) &&
-           bound_excess(mesh_, corners, 0.125 * limit, limit, nullptr, kMostPieces).most <= limit;
+           !find_beyond(mesh_, corners, limit, 0.125 * limit, nullptr, kMostPieces);
   }
 
   bool is_inside(const Vector3& p) {

@@ -107,6 +107,7 @@ struct AllowedSpace::Query {
     const Vector3& n = solid.planes[face].normal;
     const double base = solid.planes[face].signed_distance(middle), beyond = at - dot(wall, middle);
     double height = base - dot(sizes[face], size);
+    if (!turns && height >= best) return height;
     for (int axis = 0; axis < 3; ++axis) {
       if (!(n(axis) * wall(axis) > 0.0)) continue;
       const double times = n(axis) / wall(axis);
@@ -143,7 +144,7 @@ AllowedSpace::AllowedSpace(const MeshDistance& mesh, double over, std::span<cons
     : mesh_(mesh), over_(over), boxes_(boxes.begin(), boxes.end()) {
   const Bounds& all = mesh.bounds();
   const double half = 0.5 * (all.high - all.low).maxCoeff() + 1.01 * over;
-  cells_.push_back(make_cell(0.5 * (all.low + all.high), half, nullptr));
+  keep(make_cell(0.5 * (all.low + all.high), half, nullptr));
 }
 
 double AllowedSpace::limit_at(const Vector3& p) const { return least_limit(p, 0.0); }
@@ -164,37 +165,30 @@ bool AllowedSpace::holds_forbidden(const SixPlanes& solid) const {
                      [&](const Vector3& p) { return solid.above(p) <= 0.0; });
 }
 
-AllowedSpace::Cell AllowedSpace::make_cell(const Vector3& centre, double half, const Cell* parent) const {
+AllowedSpace::NewCell AllowedSpace::make_cell(const Vector3& centre, double half, const Place* parent) const {
   // A new cell spans its box and takes the least limit in it.
-  Cell cell{centre,
-            half,
-            0.0,
-            least_limit(centre, half),
-            centre - Vector3::Constant(half),
-            centre + Vector3::Constant(half),
-            0};
-  bool is_inside = false;
-  // The root asks the whole mesh; any other cell starts from its parent's triangle.
-  if (parent == nullptr) {
-    const MeshDistance::Nearest nearest = mesh_.nearest(centre);
-    cell.distance = nearest.distance;
-    cell.triangle = nearest.triangle;
-    is_inside = mesh_.is_inside(centre);
-  } else {
-    // The sign changes only where the surface is crossed.
-    const double farthest = kRoot3 * half, known = std::abs(parent->distance);
-    const MeshDistance::Nearest nearest = mesh_.nearest_from(centre, parent->triangle);
-    cell.distance = nearest.distance;
-    cell.triangle = nearest.triangle;
-    is_inside = known > farthest * (1.0 + 1e-9) ? parent->distance < 0.0 : mesh_.is_inside(centre);
-  }
-  if (is_inside) cell.distance = -cell.distance;
+  NewCell cell;
+  cell.centre = centre;
+  cell.half = half;
+  cell.low = centre - Vector3::Constant(half);
+  cell.high = centre + Vector3::Constant(half);
+  cell.least_limit = least_limit(centre, half);
+  // The root asks the whole mesh; any other cell starts from what its parent knows.
+  const MeshDistance::Nearest nearest =
+      parent == nullptr ? mesh_.nearest(centre) : mesh_.nearest_from(centre, parent->triangle);
+  cell.triangle = nearest.triangle;
+  cell.winding = parent == nullptr ? mesh_.winding(centre) : winding_at(centre, *parent);
+  cell.distance = cell.winding != 0 ? -nearest.distance : nearest.distance;
   classify(cell);
   if (cell.kind == Kind::open) draw_in(cell);
   return cell;
 }
 
-void AllowedSpace::classify(Cell& cell) const {
+int AllowedSpace::winding_at(const Vector3& p, const Place& near) const {
+  return mesh_.winding_near({near.centre, std::abs(near.distance), near.winding}, p);
+}
+
+void AllowedSpace::classify(NewCell& cell) const {
   const double reach = kRoot3 * cell.half;
   const double limit = limit_at(cell.centre);
   if (cell.distance + reach <= cell.least_limit) {
@@ -221,7 +215,7 @@ void AllowedSpace::classify(Cell& cell) const {
 
 // Where one box of a smaller limit reaches into the cell, which is beyond that limit everywhere and within
 // the large one: then a block is what both share.
-bool AllowedSpace::is_cut_by_one_box(Cell& cell) const {
+bool AllowedSpace::is_cut_by_one_box(NewCell& cell) const {
   const double reach = kRoot3 * cell.half;
   const LimitBox* cut = nullptr;
   for (const LimitBox& each : boxes_) {
@@ -236,7 +230,7 @@ bool AllowedSpace::is_cut_by_one_box(Cell& cell) const {
 }
 
 // The distance to one triangle is convex: within the limit at the corners, within it everywhere.
-bool AllowedSpace::is_near_one_triangle(const Cell& cell, const Vector3& away) const {
+bool AllowedSpace::is_near_one_triangle(const NewCell& cell, const Vector3& away) const {
   if (std::abs(cell.distance) > cell.least_limit) return false;
   int first = 0;
   for (int axis = 0; axis < 3; ++axis) first |= away(axis) > 0.0 ? 4 >> axis : 0;
@@ -247,7 +241,7 @@ bool AllowedSpace::is_near_one_triangle(const Cell& cell, const Vector3& away) c
 }
 
 // A new cell's box leaves out what is allowed for sure, so that a search need not divide the cell to see it.
-void AllowedSpace::draw_in(Cell& cell) const {
+void AllowedSpace::draw_in(NewCell& cell) const {
   if (find_wall(cell)) return;
   const double limit = cell.least_limit;
   const auto is_near = [&](int axis, double at) {  // the cell's part in the plane across the axis
@@ -277,7 +271,7 @@ void AllowedSpace::draw_in(Cell& cell) const {
 
 // Where the surface in the cell, and from the cell to the nearest triangle, is one wall, what is not allowed
 // begins a limit above it.
-bool AllowedSpace::find_wall(Cell& cell) const {
+bool AllowedSpace::find_wall(NewCell& cell) const {
   const TriangleMesh& mesh = mesh_.mesh();
   const auto& corners = mesh.triangles[cell.triangle];
   const Vector3& foot = mesh.vertices[corners[0]];
@@ -299,7 +293,7 @@ bool AllowedSpace::find_wall(Cell& cell) const {
   // Each side of the wall is outside or inside as a whole.
   const auto has_open = [&](const Vector3& farthest) {
     const double height = plane.signed_distance(farthest);
-    return std::abs(height) > limit && !mesh_.is_inside(farthest - 0.5 * height * n);
+    return std::abs(height) > limit && winding_at(farthest - 0.5 * height * n, cell) == 0;
   };
   const bool is_open_above = plane.signed_distance(top) > 0.0 && has_open(top);
   const bool is_open_below = plane.signed_distance(bottom) < 0.0 && has_open(bottom);
@@ -327,10 +321,15 @@ bool AllowedSpace::find_wall(Cell& cell) const {
 }
 
 void AllowedSpace::divide(std::uint32_t cell) {
-  const Cell parent = cells_[cell];
+  const Place parent = places_[cell];
   const double half = 0.5 * parent.half;
   cells_[cell].children = static_cast<std::uint32_t>(cells_.size());
-  for (int i = 0; i < 8; ++i) cells_.push_back(make_cell(parent.centre + half * octant(i), half, &parent));
+  for (int i = 0; i < 8; ++i) keep(make_cell(parent.centre + half * octant(i), half, &parent));
+}
+
+void AllowedSpace::keep(const NewCell& cell) {
+  cells_.push_back(cell);
+  places_.push_back(cell);
 }
 
 double AllowedSpace::earliest(const Query& query, const Cell& cell) {
@@ -342,15 +341,17 @@ double AllowedSpace::earliest(const Query& query, const Cell& cell) {
 void AllowedSpace::search(Query& query) {
   for (int f = 0; f < 6; ++f) query.sizes[f] = query.solid.planes[f].normal.cwiseAbs();
   for (const Vector3& p : forbidden_) query.meet(p, limit_at(p));
-  search(query, 0, query.others());
+  if (cells_[0].kind == Kind::clear || earliest(query, cells_[0]) >= query.best)
+    ++visits_;
+  else
+    search(query, 0, query.others());
 }
 
 bool AllowedSpace::search(Query& query, std::uint32_t index, unsigned faces) {
   const Cell& cell = cells_[index];
   ++visits_;
-  if (cell.kind == Kind::clear || query.best <= 0.0) return false;
   const Vector3 middle = 0.5 * (cell.low + cell.high), size = 0.5 * (cell.high - cell.low);
-  if (earliest(query, cell) >= query.best || query.is_beside(middle, size, faces)) return false;
+  if (query.is_beside(middle, size, faces)) return false;
   if (cell.kind == Kind::point) {
     query.meet(cell.low, cell.least_limit);
     return false;
@@ -413,8 +414,29 @@ void AllowedSpace::search_block(Query& query, const Bounds& block, double limit,
     if (((p - centre).cwiseAbs().array() <= size.array()).all()) query.meet_at(p, limit);
 }
 
+// Mostly the cell that the point is in tells, or the triangle that is nearest to the cell's centre.
 bool AllowedSpace::allows(const Vector3& p) const {
-  return mesh_.is_near(p, limit_at(p)) || mesh_.is_inside(p);
+  const Place& place = places_[cell_at(p)];
+  const double limit = limit_at(p), off = norm(p - place.centre) * (1.0 + 1e-9);
+  if (place.distance + off <= limit || mesh_.to_triangle(p, place.triangle) <= limit) return true;
+  if (place.distance - off > limit) return false;
+  return mesh_.is_near(p, limit) || winding_at(p, place) != 0;
+}
+
+// The smallest one so far; of what is outside of all, the root.
+std::uint32_t AllowedSpace::cell_at(const Vector3& p) const {
+  std::uint32_t cell = 0;
+  Vector3 centre = places_[0].centre;
+  double half = places_[0].half;
+  if ((p - centre).cwiseAbs().maxCoeff() > half) return cell;
+  while (cells_[cell].children != 0) {
+    int i = 0;
+    for (int axis = 0; axis < 3; ++axis) i |= p(axis) > centre(axis) ? 4 >> axis : 0;
+    half *= 0.5;
+    centre += half * octant(i);
+    cell = cells_[cell].children + static_cast<std::uint32_t>(i);
+  }
+  return cell;
 }
 
 bool AllowedSpace::allows_samples(const SixPlanes& solid) const {

@@ -71,26 +71,35 @@ class AllowedSpace {
     point,  ///< a leaf: `low` is where what is allowed ends
     block,  ///< nothing between `low` and `high` is allowed, and all the rest of it
   };
+  /// What a search looks at: one walks over millions.
   struct Cell {
-    Vector3 centre;
-    double half;
-    double distance;             ///< signed, of the centre
-    double least_limit;          ///< of any point of the cell
-    Vector3 low, high;           ///< box about what is not allowed in it, as far as known
-    std::uint32_t triangle;      ///< the nearest to the centre
-    std::uint32_t children = 0;  ///< the first of eight; 0: none yet
-    Kind kind = Kind::open;
+    Vector3 low, high;  ///< box about what is not allowed in it, as far as known
     /// Space that is not allowed is at least `wall_at` along `wall`, too; zero: nothing is known.
     Vector3 wall = Vector3::Zero();
     double wall_at = 0.0;
+    double least_limit;          ///< of any point of the cell
+    std::uint32_t children = 0;  ///< the first of eight; 0: none yet
+    Kind kind = Kind::open;
   };
+  /// Where a cell is, for its children.
+  struct Place {
+    Vector3 centre;
+    double half;
+    double distance = 0.0;       ///< signed, of the centre
+    std::uint32_t triangle = 0;  ///< the nearest to the centre
+    int winding = 0;             ///< number of the centre
+  };
+  struct NewCell : Cell, Place {};
 
-  Cell make_cell(const Vector3& centre, double half, const Cell* parent) const;
-  void classify(Cell& cell) const;
-  bool is_cut_by_one_box(Cell& cell) const;
-  bool is_near_one_triangle(const Cell& cell, const Vector3& away) const;
-  void draw_in(Cell& cell) const;
-  bool find_wall(Cell& cell) const;
+  NewCell make_cell(const Vector3& centre, double half, const Place* parent) const;
+  int winding_at(const Vector3& p, const Place& near) const;
+  std::uint32_t cell_at(const Vector3& p) const;
+  void keep(const NewCell& cell);
+  void classify(NewCell& cell) const;
+  bool is_cut_by_one_box(NewCell& cell) const;
+  bool is_near_one_triangle(const NewCell& cell, const Vector3& away) const;
+  void draw_in(NewCell& cell) const;
+  bool find_wall(NewCell& cell) const;
   void divide(std::uint32_t cell);
   struct Query;
   static double earliest(const Query& query, const Cell& cell);
@@ -105,6 +114,7 @@ class AllowedSpace {
   double over_;
   std::vector<LimitBox> boxes_;
   std::vector<Cell> cells_;
+  std::vector<Place> places_;  ///< of the cells
   std::vector<Vector3> forbidden_;
   std::uint64_t visits_ = 0;
 };
