@@ -23,6 +23,11 @@ bool has_shape(const py::array& array, std::initializer_list<py::ssize_t> shape)
 
 Doubles doubles(const py::handle& from, const char* name, std::initializer_list<py::ssize_t> shape,
                 const char* letters) {
+  if (py::isinstance<Doubles>(from)) {  // as it is: two looks through NumPy less
+    auto as_is = py::reinterpret_borrow<Doubles>(from);
+    if (!has_shape(as_is, shape)) reject(name, "shape is " + shape_text(as_is) + ", must be " + letters);
+    return as_is;
+  }
   const auto given = py::array::ensure(from);
   if (!given) throw py::type_error(std::string(name) + ": no array of numbers");
   const char kind = given.dtype().kind();

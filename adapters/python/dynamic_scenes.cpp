@@ -7,6 +7,7 @@
 #include "touchstone/adapters/python/dynamic_scenes.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/physics/scene/joint_names.hpp"
 #ifdef TOUCHSTONE_HAS_DYNAMICS_FILES
 #include "touchstone/adapters/scene_files/dynamics_file.hpp"
 #endif
@@ -180,7 +181,7 @@ void act(DynamicScene& self, double time, const std::string& kind, const std::st
                            action.kind == SceneAction::Kind::set_joint ||
                            action.kind == SceneAction::Kind::join || action.kind == SceneAction::Kind::part;
   if (is_of_joint)
-    action.joint = joint_of(self, what);
+    action.joint = joint_named(self, what);
   else
     action.carried = object_of(self, what, kNoObject);
   // The kind's own fields are required, and no others are allowed.
@@ -249,15 +250,6 @@ void bind_joints(SceneClass& scene) {
 }
 
 }  // namespace
-
-JointAddress joint_of(const DynamicScene& self, const std::string& name) {
-  for (std::size_t m = 0; m < self.mechanisms.size(); ++m)
-    for (std::size_t j = 0; j < self.mechanisms[m].joints.size(); ++j)
-      if (name_of(self, {m, j}) == name) return {m, j};
-  for (std::size_t j = 0; j < self.joints.size(); ++j)
-    if (self.joints[j].name == name) return {JointAddress::kBodyJoint, j};
-  reject(name, "is no joint of the scene");
-}
 
 std::vector<std::string> joint_names(const DynamicScene& self) {
   std::vector<std::string> made;

@@ -13,8 +13,6 @@ namespace touchstone::python {
 
 /// Those of mechanisms, as "arm.elbow", then those between bodies.
 std::vector<std::string> joint_names(const physics::DynamicScene& scene);
-/// @throws InputError: no joint of that name.
-physics::JointAddress joint_of(const physics::DynamicScene& scene, const std::string& name);
 
 void bind_dynamic_scenes(pybind11::module_& module);
 

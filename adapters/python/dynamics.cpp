@@ -6,6 +6,7 @@
 #include "touchstone/adapters/python/dynamic_scenes.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/physics/scene/joint_names.hpp"
 
 namespace touchstone::python {
 namespace {
@@ -64,6 +65,10 @@ class Run {
   }
 
   const EngineStep& last() const { return last_; }
+  std::size_t checked_object(std::size_t object) const {
+    if (object >= scene_.scene.objects.size()) throw py::index_error("object " + std::to_string(object));
+    return object;
+  }
   JointAddress joint(const std::string& name) const { return joint_of(scene_, name); }
   std::size_t object_count() const { return scene_.scene.objects.size(); }
 

@@ -9,6 +9,7 @@
 #include "touchstone/adapters/python/answers.hpp"
 #include "touchstone/adapters/python/bindings.hpp"
 #include "touchstone/adapters/python/poses.hpp"
+#include "touchstone/adapters/python/widest.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/registry.hpp"
@@ -144,14 +145,6 @@ class Pairs {
 /// Most solids of a narrowphase, so that a sign tells what is out of range.
 constexpr std::size_t kMostSolids = std::size_t{1} << 31U;
 
-#if defined(__x86_64__) && defined(__GLIBC__) && !defined(__UCLIBC__) && defined(__GNUC__) && \
-    !defined(__clang__)
-// Chosen by the loader, on the base of the processor type too; whole numbers have the same bits everywhere.
-#define TOUCHSTONE_WIDEST __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define TOUCHSTONE_WIDEST
-#endif
-
 /// A sign bit is left where an index is `solids` or more, or a pair's are one: subtractions, which processors
 /// of the base instruction set have vectors of, where they have none of unsigned comparisons. A third of a
 /// nanosecond a pair there, a third of that with AVX-512.
@@ -226,15 +219,50 @@ class BuiltNarrowphase {
     check(query);
     const Pairs list(pairs);
     if (!are_pairs_of(list.span(), solids_.size())) reject_pair(list.span(), solids_.size());
-    if (py::isinstance<Poses>(poses)) return ask(query, poses.cast<Poses&>(), list.span(), out);
-    Poses converted(Poses::from(poses, py::none()));
-    return ask(query, converted, list.span(), out);
+    Working working(*this);
+    if (!py::isinstance<Poses>(poses)) {
+      Poses::convert(poses, py::none(), working->poses);
+      return ask({list.span(), working->poses, query}, *working->workspace, out);
+    }
+    auto& converted = poses.cast<Poses&>();
+    const Poses::Reading reading(converted);
+    return ask({list.span(), converted.span(), query}, *working->workspace, out);
   }
 
  private:
-  py::object ask(const Query& query, Poses& poses, std::span<const SolidPair> pairs, const py::object& out) {
-    if (poses.span().size() != solids_.size())
-      reject("poses", "are " + std::to_string(poses.span().size()) + ", must be " +
+  /// What one call at a time works in.
+  struct Scratch {
+    std::unique_ptr<Narrowphase::Workspace> workspace;
+    std::vector<Pose> poses;  ///< of an array
+  };
+
+  /// Takes a free scratch, or a new one, and gives it back. With Python's lock.
+  class Working {
+   public:
+    explicit Working(BuiltNarrowphase& of) : of_(of) {
+      if (of_.free_.empty()) {
+        scratch_.workspace = of_.narrowphase_->make_workspace();
+        of_.free_.reserve(++of_.scratches_);  // so that giving one back does not throw
+        return;
+      }
+      scratch_ = std::move(of_.free_.back());
+      of_.free_.pop_back();
+    }
+    ~Working() { of_.free_.push_back(std::move(scratch_)); }
+    Working(const Working&) = delete;
+    Working& operator=(const Working&) = delete;
+    Scratch* operator->() { return &scratch_; }
+
+   private:
+    BuiltNarrowphase& of_;
+    Scratch scratch_;
+  };
+
+  py::object ask(const NarrowphaseInput& input, Narrowphase::Workspace& workspace, const py::object& out) {
+    const Query& query = input.query;
+    const std::span<const SolidPair> pairs = input.pairs;
+    if (input.poses.size() != solids_.size())
+      reject("poses", "are " + std::to_string(input.poses.size()) + ", must be " +
                           std::to_string(solids_.size()) + ", one a solid");
     py::object made = out;
     if (out.is_none()) made = py::cast(std::make_unique<Answers>(query.kind, pairs.size(), query.max_points));
@@ -242,7 +270,7 @@ class BuiltNarrowphase {
     if (!answers.fits(query.kind, pairs.size(), query.max_points))
       reject("out", "was made for another query or number of pairs");
     if (answers.is_written) throw std::runtime_error("out: is being written by another thread");
-    run({pairs, poses.span(), query}, poses, answers);
+    run(input, answers, workspace);
     return made;
   }
 
@@ -258,34 +286,19 @@ class BuiltNarrowphase {
     Answers& answers_;
   };
 
-  void run(const NarrowphaseInput& input, Poses& poses, Answers& answers) {
-    std::unique_ptr<Narrowphase::Workspace> workspace = take_workspace();
-    const Poses::Reading reading(poses);
+  void run(const NarrowphaseInput& input, Answers& answers, Narrowphase::Workspace& workspace) {
     const Writing writing(answers);
-    {
-      const py::gil_scoped_release unlocked;
-      std::unique_lock<std::mutex> alone(one_at_a_time_, std::defer_lock);
-      if (!narrowphase_->capabilities().thread_safe) alone.lock();
-      narrowphase_->evaluate(input, answers.output(), *workspace);
-      answers.clear_unused_points();
-    }
-    free_.push_back(std::move(workspace));
-  }
-
-  std::unique_ptr<Narrowphase::Workspace> take_workspace() {
-    if (free_.empty()) {
-      free_.reserve(++workspaces_);  // so that giving one back does not throw
-      return narrowphase_->make_workspace();
-    }
-    auto taken = std::move(free_.back());
-    free_.pop_back();
-    return taken;
+    const py::gil_scoped_release unlocked;
+    std::unique_lock<std::mutex> alone(one_at_a_time_, std::defer_lock);
+    if (!narrowphase_->capabilities().thread_safe) alone.lock();
+    narrowphase_->evaluate(input, answers.output(), workspace);
+    answers.clear_unused_points();
   }
 
   std::unique_ptr<Narrowphase> narrowphase_;
   std::vector<Hexahedron> solids_;
-  std::size_t workspaces_ = 0;
-  std::vector<std::unique_ptr<Narrowphase::Workspace>> free_;  // with Python's lock
+  std::size_t scratches_ = 0;
+  std::vector<Scratch> free_;  // with Python's lock
   std::mutex one_at_a_time_;
 };
 
@@ -331,7 +344,7 @@ void bind_poses(py::module_& module) {
                     "Poses X_WS of solids, checked and converted once; see the package's stubs for shapes.")
       // Making, and writing anew.
       .def(py::init([](const py::object& poses, const py::object& quaternions) {
-             return std::make_unique<Poses>(Poses::from(poses, quaternions));
+             return std::make_unique<Poses>(poses, quaternions);
            }),
            py::arg("poses"), py::arg("quaternions") = py::none(),
            "Poses(matrices (n, 4, 4)) or Poses(positions (n, 3) [m], quaternions (n, 4), w x y z of any "
@@ -339,7 +352,7 @@ void bind_poses(py::module_& module) {
       .def(
           "update",
           [](Poses& self, const py::object& poses, const py::object& quaternions, std::size_t first) {
-            self.update(Poses::from(poses, quaternions), first);
+            self.update(poses, quaternions, first);
           },
           py::arg("poses"), py::arg("quaternions") = py::none(), py::arg("first") = 0,
           "Replaces the poses from `first` on, all or none of them. Raises RuntimeError while another thread "

@@ -9,12 +9,16 @@ namespace touchstone::python {
 class Poses {
  public:
   explicit Poses(std::vector<Pose> poses) : poses_(std::move(poses)) {}
-  /// From (n, 4, 4), or (n, 3) and (n, 4).
-  static std::vector<Pose> from(const py::handle& matrices_or_positions, const py::handle& quaternions);
+  Poses(const py::handle& matrices_or_positions, const py::handle& quaternions) {
+    convert(matrices_or_positions, quaternions, poses_);
+  }
+  /// From (n, 4, 4), or (n, 3) and (n, 4), to `out`, which becomes as long: memory that it has is used again.
+  static void convert(const py::handle& matrices_or_positions, const py::handle& quaternions,
+                      std::vector<Pose>& out);
 
   std::span<const Pose> span() const { return poses_; }
-  /// Replaces those from `first` on. @throws InputError: beyond the end; RuntimeError: in use.
-  void update(std::vector<Pose> poses, std::size_t first);
+  /// Replaces those from `first` on. @throws InputError: as convert(), beyond the end; RuntimeError: in use.
+  void update(const py::handle& matrices_or_positions, const py::handle& quaternions, std::size_t first);
   Doubles matrices() const;
 
   /// Held while read without Python's lock; taken and given back with it.
@@ -31,6 +35,7 @@ class Poses {
 
  private:
   std::vector<Pose> poses_;
+  std::vector<Pose> spare_;  ///< of the last update, whose memory serves the next
   int readers_ = 0;
 };
 

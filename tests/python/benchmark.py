@@ -170,6 +170,11 @@ def main():
     overhead("distance, 1 024 pairs, `out`", lambda: check.distance(poses, pairs, out=out), DISTANCE, thousand, 20, n)
     matrices = poses.matrices()
     overhead("distance, 1 024 pairs, poses as arrays", lambda: check.distance(matrices, pairs), DISTANCE, thousand, 20, n)
+    positions, turns = matrices[:, :3, 3].copy(), np.random.default_rng(2).normal(size=(len(matrices), 4))
+    turned = touchstone.Poses(positions, turns)  # as these will be
+    update = lambda: (poses.update(positions, turns), check.distance(poses, pairs))
+    overhead("distance, 1 024 pairs, poses updated by quaternions", update, DISTANCE, (check, turned, pairs), 20, n)
+    poses.update(matrices)
     many = scene(2000, 100_000, reach=4.0)
     check_many, poses_many, pairs_many = many
     out_many = check_many.overlap(poses_many, pairs_many)

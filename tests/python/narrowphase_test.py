@@ -141,8 +141,9 @@ class Conversions(unittest.TestCase):
     def test_matrices_in_any_layout(self):
         wide = np.zeros((2 * self.n, 4, 8))
         wide[::2, :, ::2] = self.matrices
+        unaligned = np.frombuffer(b"x" + self.matrices.tobytes(), np.float64, offset=1).reshape(self.matrices.shape)
         for layout in (self.matrices, np.asfortranarray(self.matrices), wide[::2, :, ::2],
-                       self.matrices.astype(">f8"), self.matrices.tolist()):
+                       self.matrices.astype(">f8"), self.matrices.tolist(), unaligned):
             self.assertEqual(self.geometry(layout, self.pairs), self.expected)
             self.assertEqual(self.geometry(touchstone.Poses(layout), self.pairs), self.expected)
 
@@ -154,6 +155,37 @@ class Conversions(unittest.TestCase):
     def test_quaternions_are_the_rotations_that_they_stand_for(self):
         poses = touchstone.Poses(self.matrices[:, :3, 3], 3.0 * self.q)
         np.testing.assert_allclose(poses.matrices(), self.matrices, atol=1e-15)
+
+    def test_quaternions_of_many_have_the_bits_of_one(self):
+        """Many are converted side by side, those that are odd one by one."""
+        random = np.random.default_rng(7)
+        q = random.normal(size=(23, 4)) * 2.0 ** random.integers(-60, 60, (23, 1))
+        q[5] = [0.0, -0.0, 1e-200, 0.0]
+        q[10] *= 1e150
+        q[16] = [1e300, 1e300, -1e300, 1e300]
+        p = random.normal(size=(23, 3))
+        one_by_one = np.concatenate([touchstone.Poses(p[i:i + 1], q[i:i + 1]).matrices() for i in range(23)])
+        self.assertEqual(touchstone.Poses(p, q).matrices().tobytes(), one_by_one.tobytes())
+
+    def test_what_is_a_rotation_is_decided_alike_of_many_and_of_one(self):
+        random = np.random.default_rng(8)
+        tree = touchstone.HexahedronTree([("body", touchstone.Hexahedron.box([1, 1, 1]), None)])
+        matrices = np.repeat(np.eye(4)[None], 600, axis=0)
+        matrices[:, :3, :3] = random_rotations(random, 600)[1]
+        matrices[:, :3, :3] += 1e-6 * random.uniform(-0.6, 0.6, (600, 3, 3))
+        matrices[::50, 0] *= -1.0  # reflections
+
+        def takes(call, pose):
+            try:
+                call(pose)
+                return True
+            except touchstone.InputError:
+                return False
+
+        one = [takes(tree.world_poses, matrix) for matrix in matrices]
+        many = [takes(touchstone.Poses, np.stack([np.eye(4), matrix])) for matrix in matrices]
+        self.assertEqual(many, one)
+        self.assertTrue(100 < sum(one) < 500, sum(one))
 
     def test_pairs_in_any_layout(self):
         wide = np.zeros((200, 5), np.int32)
