@@ -67,22 +67,34 @@ def read(stream, dtype, count):
     return np.frombuffer(data, dtype) if len(data) == dtype.itemsize * count else None
 
 
+NO_PAIR = "its first pair is none as compare_backends writes them: boxes or vertices, poses as matrices [m]"
+
+
+def first_pair(path):
+    """Name, corners and poses of the first pair of a file, as compare_backends writes them."""
+    try:
+        case, pair = json.load(open(path, encoding="utf-8"))[0], np.zeros(1, PAIR)
+        pair["b"] = 1
+        corners = []
+        for shape, pose, name in zip(case["shapes"], case["poses"], ("X_WA", "X_WB")):
+            signs = [[i >> 2 & 1, i >> 1 & 1, i & 1] for i in range(8)]
+            corners.append((np.array(signs) - 0.5) * shape["size"] if shape["type"] == "box" else shape["vertices"])
+            matrix = np.array(pose["matrix"], float)
+            pair[name]["R"], pair[name]["p"] = matrix[:3, :3].T, matrix[:3, 3]
+        return case["id"], np.array(corners, float), pair
+    except (OSError, LookupError, TypeError, ValueError) as error:
+        sys.exit(f"{path}: {NO_PAIR} ({type(error).__name__}: {error})")
+
+
 def ask_alone(path, build, answer, with_manifold):
     """What the engine says about the first pair of a pair file, without anything of touchstone's."""
-    case, pair = json.load(open(path, encoding="utf-8"))[0], np.zeros(1, PAIR)
-    pair["b"] = 1
-    corners = []
-    for shape, pose, name in zip(case["shapes"], case["poses"], ("X_WA", "X_WB")):
-        signs = [[i >> 2 & 1, i >> 1 & 1, i & 1] for i in range(8)]
-        corners.append((np.array(signs) - 0.5) * shape["size"] if shape["type"] == "box" else shape["vertices"])
-        matrix = np.array(pose["matrix"], float)
-        pair[name]["R"], pair[name]["p"] = matrix[:3, :3].T, matrix[:3, 3]
-    build(np.array(corners, float))
+    case, corners, pair = first_pair(path)
+    build(corners)
     for query, name in enumerate(("overlap", "distance", "manifold") if with_manifold else ("overlap", "distance")):
         head = np.array([(2, 1, 0, query, 8 if query == MANIFOLD else 0, 0, 0.0 if query == MANIFOLD else np.inf, 1e-3)], HEAD)[0]
         slots = answers_for(head, 1)
         answer(head, pair, slots)
-        print(case["id"], name, {field: slots[field][0].tolist() for field in slots.dtype.names if field not in ("pair", "word", "points")})
+        print(case, name, {field: slots[field][0].tolist() for field in slots.dtype.names if field not in ("pair", "word", "points")})
         for point in slots["points"][0][:slots["point_count"][0]] if query == MANIFOLD else ():
             print("   ", point["p_A_W"].tolist(), point["p_B_W"].tolist(), float(point["separation"]))
 

@@ -73,10 +73,17 @@ function put(out, at, answer, query, maxPoints) {
 
 /** What the engine says about the first pair of a pair file, without anything of touchstone's. */
 function askAlone(path, build, answer, queries) {
-  const pair = JSON.parse(readFileSync(path, 'utf8'))[0];
-  build(pair.shapes.map(({ size, vertices }) => vertices?.flat() ??
-    Array.from({ length: 24 }, (_, i) => ((Math.floor(i / 3) >> (2 - (i % 3))) & 1) * size[i % 3] - size[i % 3] / 2)));
-  const [A, B] = pair.poses.map(({ matrix: m }) => ({ R: [0, 1, 2].flatMap((k) => [0, 1, 2].map((row) => m[row][k])), p: [0, 1, 2].map((row) => m[row][3]) }));
+  let pair, solids, A, B;
+  try {
+    pair = JSON.parse(readFileSync(path, 'utf8'))[0];
+    solids = pair.shapes.map(({ size, vertices }) => vertices?.flat() ??
+      Array.from({ length: 24 }, (_, i) => ((Math.floor(i / 3) >> (2 - (i % 3))) & 1) * size[i % 3] - size[i % 3] / 2));
+    [A, B] = pair.poses.map(({ matrix: m }) => ({ R: [0, 1, 2].flatMap((k) => [0, 1, 2].map((row) => m[row][k])), p: [0, 1, 2].map((row) => m[row][3]) }));
+  } catch (error) {
+    console.error(`${path}: its first pair is none as compare_backends writes them: boxes or vertices, poses as matrices [m] (${error.message})`);
+    process.exit(1);
+  }
+  build(solids);
   queries.forEach((name, query) => {
     const question = { query, maxPoints: 8, maxSeparation: query === MANIFOLD ? 0 : Infinity, maxPointSeparation: 1e-3 };
     console.error(pair.id, name, JSON.stringify(answer(question, 0, 1, A, B)));
