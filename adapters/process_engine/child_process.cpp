@@ -11,6 +11,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <fstream>
 
 #include "touchstone/contact_core/input_error.hpp"
 
@@ -72,6 +73,11 @@ int spawn(pid_t& pid, const std::vector<std::string>& command, int in, int out) 
   return error;
 }
 
+/// Where memory ends, the system ends this process before the one that started it.
+void prefer_for_ending(pid_t process) {
+  std::ofstream("/proc/" + std::to_string(process) + "/oom_score_adj") << 1000;
+}
+
 }  // namespace
 
 ChildProcess::ChildProcess(const std::vector<std::string>& command) {
@@ -82,6 +88,7 @@ ChildProcess::ChildProcess(const std::vector<std::string>& command) {
   for (const int theirs : {in[0], out[1]})
     if (theirs >= 0) close(theirs);
   to_ = in[1], from_ = out[0];
+  if (error == 0) prefer_for_ending(pid_);
   if (error != 0) {
     for (const int ours : {to_, from_})
       if (ours >= 0) close(ours);
@@ -134,21 +141,20 @@ bool ChildProcess::has_more() const {
 
 std::string ChildProcess::end() {
   if (pid_ < 0) return "";
-  int status = 0;
   // One that has just closed its pipes is given a moment to end by itself: its signal is the reason.
-  pid_t waited = 0;
-  for (int i = 0; i < 50 && waited == 0; ++i) {
-    waited = waitpid(pid_, &status, WNOHANG);
-    if (waited == 0 && has_more()) break;
-    if (waited == 0) usleep(1000);
+  bool is_ended = false;
+  for (int i = 0; i < 50 && !is_ended; ++i) {
+    siginfo_t how{};
+    waitid(P_PID, static_cast<id_t>(pid_), &how, WEXITED | WNOHANG | WNOWAIT);
+    is_ended = how.si_pid != 0;
+    if (!is_ended && has_more()) break;
+    if (!is_ended) usleep(1000);
   }
-  kill(-pid_, SIGKILL);
-  if (waited == 0) {
-    while (waitpid(pid_, &status, 0) < 0 && errno == EINTR) continue;
-    pid_ = -1;
-    return "";
-  }
+  kill(-pid_, SIGKILL);  // and what it started; before it is waited for, so that the number is still its own
+  int status = 0;
+  while (waitpid(pid_, &status, 0) < 0 && errno == EINTR) continue;
   pid_ = -1;
+  if (!is_ended) return "";
   if (WIFSIGNALED(status)) return "signal " + std::to_string(WTERMSIG(status));
   return "exit code " + std::to_string(WEXITSTATUS(status));
 }

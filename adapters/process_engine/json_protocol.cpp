@@ -7,6 +7,7 @@
 #include "touchstone/adapters/process_engine/protocol.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/contact_core/narrowphase/answer_check.hpp"
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
 
 namespace touchstone::process_engine {
@@ -170,12 +171,13 @@ Greeting parse_greeting(std::string_view line) {
     of.manifold = greeting.value("manifold", false);
     of.overlap_complete = greeting.value("overlap_complete", true);
     of.deterministic = greeting.value("deterministic", true);
-    of.scalar_bits = bits.get<int>();
+    of.scalar_bits = static_cast<int>(std::clamp<std::int64_t>(bits.get<std::int64_t>(), 0, 1 << 16));
     of.resolution.absolute = greeting.value("absolute_resolution", 0.0);
     of.resolution.relative = greeting.value("relative_resolution", 0.0);
     // JSON has no infinity: null claims nothing of depths.
     const json depth = greeting.value("depth_resolution", json(0.0));
     of.resolution.of_depth = depth.is_null() ? kInfinity : depth.get<double>();
+    if (const char* const wrong = broken_capabilities(of)) throw InputError(wrong);
     return out;
   } catch (const json::exception&) {
     throw InputError(lacks);

@@ -43,11 +43,13 @@ std::string converse(ChildProcess& child, std::string_view request, std::string&
   for (std::size_t most = wanted(reply); most > 0 || !request.empty(); most = wanted(reply)) {
     if (most == 0) return "it answers before it was asked";
     switch (child.exchange(request, reply, most, limit)) {
-      case ChildProcess::Turn::timed_out:
-        return "no answer within " + seconds(limit);
+      case ChildProcess::Turn::timed_out: {
+        const std::string how = child.end();  // what it started may hold its pipes
+        return "no answer within " + seconds(limit) + (how.empty() ? "" : " after " + how);
+      }
       case ChildProcess::Turn::ended: {
         const std::string how = child.end();
-        return how.empty() ? "it closed its output" : how;
+        return how.empty() ? "it closed its input or output" : how;
       }
       case ChildProcess::Turn::wrote_or_read:
         if (Clock::now() > last) return "no answer within " + seconds(in_all);

@@ -39,6 +39,14 @@ const char* broken_answer(const Query& query, PairStatus status, const PairGeome
   return query.kind == QueryKind::manifold ? broken_points(query, geometry->point_count, points) : nullptr;
 }
 
+const char* broken_capabilities(const Capabilities& of) noexcept {
+  const auto is_figure = [](double value) { return value >= 0.0 && std::isfinite(value); };
+  if (!is_figure(of.resolution.absolute) || !is_figure(of.resolution.relative) ||
+      !(of.resolution.of_depth >= 0.0))
+    return "its resolution is negative or no figure";
+  return nullptr;
+}
+
 std::size_t settle_answers(const Query& query, std::size_t pairs, const NarrowphaseOutput& output,
                            std::size_t& first_broken, const char*& what) noexcept {
   const auto slots = static_cast<std::size_t>(query.max_points);

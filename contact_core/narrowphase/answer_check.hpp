@@ -18,6 +18,10 @@ namespace touchstone {
 const char* broken_answer(const Query& query, PairStatus status, const PairGeometry* geometry,
                           const ContactPoint* points) noexcept;
 
+/// Returns how what a backend says of itself breaks the contract, a literal; nullptr where it does not:
+/// resolutions are >= 0, and but for that of depths finite.
+const char* broken_capabilities(const Capabilities& of) noexcept;
+
 /// Makes the broken answers of a batch `failed` and clears the geometry of those that carry none. Returns how
 /// many were broken. @param first_broken,what the index and fault of the first of them; unchanged where none
 /// is broken.

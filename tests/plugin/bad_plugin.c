@@ -64,11 +64,14 @@ __attribute__((constructor)) static void hang_at_load(void) {
 #ifndef EVALUATE
 #define EVALUATE evaluate
 #endif
+#ifndef RESOLUTION
+#define RESOLUTION 0.0
+#endif
 #ifndef NAME
 #define NAME "bad"
 #endif
 
 const touchstone_backend touchstone_plugin = {
     ABI_VERSION, sizeof(touchstone_backend), NAME, DESCRIPTION,
-    {.distance = 1, .penetration = 1, .manifold = 1, .scalar_bits = 64},
+    {.distance = 1, .penetration = 1, .manifold = 1, .scalar_bits = 64, .absolute_resolution = RESOLUTION},
     create, destroy, build, create_workspace, destroy_workspace, EVALUATE};

@@ -2,7 +2,9 @@
 
 #include <gmock/gmock.h>
 
+#include <cfenv>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -58,6 +60,7 @@ TEST(Plugin, WhatIsNoneIsRefusedByName) {
   EXPECT_THAT(refusal(NEXT_VERSION_PLUGIN), HasSubstr("version 2 of the interface, this is 1"));
   EXPECT_THAT(refusal(INCOMPLETE_PLUGIN), HasSubstr("lacks a function"));
   EXPECT_THAT(refusal(MISNAMED_PLUGIN), HasSubstr("its name is not up to 64 letters, digits and _ - + ."));
+  EXPECT_THAT(refusal(BOASTFUL_PLUGIN), HasSubstr("its resolution is negative or no figure"));
 }
 
 TEST(Plugin, WhatIsNoTextBecomesOneLineOfIt) {
@@ -124,6 +127,58 @@ TEST_F(BadPlugin, ARefusedSolidIsAnInputError) {
     FAIL();
   } catch (const InputError& error) {
     EXPECT_STREQ(error.what(), "plug-in bad: solid 999 is one too many");
+  }
+}
+
+/// A plug-in that misbehaves as it is told, asked about three pairs.
+class RudePlugin {
+ public:
+  explicit RudePlugin(const char* how) {
+    setenv("RUDE", how, 1);
+    register_plugin(registry_, RUDE_PLUGIN);
+  }
+  ~RudePlugin() { unsetenv("RUDE"); }
+  RudePlugin(const RudePlugin&) = delete;
+  RudePlugin& operator=(const RudePlugin&) = delete;
+
+  std::vector<PairStatus> statuses() {
+    const auto narrowphase = registry_.make_narrowphase("rude");
+    narrowphase->build(std::vector<Hexahedron>(4, Hexahedron::from_size({1, 1, 1})));
+    const std::vector<SolidPair> pairs = {{0, 1}, {0, 2}, {0, 3}};
+    return ask(*narrowphase, pairs, std::vector<Pose>(4), {.kind = QueryKind::distance}).status;
+  }
+
+ private:
+  BackendRegistry registry_;
+};
+
+TEST(RudePlugins, WhatTheyThrowEndsAtTheInterface) {
+  const std::vector<PairStatus> failed(3, PairStatus::failed), separated(3, PairStatus::separated);
+  for (const char* how : {"throw", "throw_number"}) {
+    testing::internal::CaptureStderr();
+    EXPECT_EQ(RudePlugin(how).statuses(), failed);
+    EXPECT_EQ(testing::internal::GetCapturedStderr(),
+              "touchstone: plug-in rude, pair 0 of 3: it throws an exception; counted as failed\n");
+  }
+  EXPECT_EQ(RudePlugin("throw_at_destroy").statuses(), separated);
+  for (const char* how : {"throw_at_create", "throw_at_build"}) {
+    try {
+      RudePlugin(how).statuses();
+      ADD_FAILURE() << how;
+    } catch (const InputError& error) {
+      EXPECT_STREQ(error.what(), "plug-in rude: it throws an exception");
+    }
+  }
+}
+
+// Whatever is computed after them has the same bits, and traps nothing.
+TEST(RudePlugins, LeaveTheFloatingPointAsItWas) {
+  for (const char* how : {"rounding_at_load", "rounding", "flush", "trap"}) {
+    EXPECT_EQ(RudePlugin(how).statuses(), std::vector<PairStatus>(3, PairStatus::separated));
+    volatile double one = 1.0, three = 3.0, least = std::numeric_limits<double>::denorm_min();
+    EXPECT_EQ(one / three, 0x1.5555555555555p-2) << how;
+    EXPECT_EQ(std::fegetround(), FE_TONEAREST) << how;
+    EXPECT_GT(least * one, 0.0) << how;
   }
 }
 

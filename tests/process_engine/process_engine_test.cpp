@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <thread>
 
 #include "touchstone/adapters/process_engine/child_process.hpp"
@@ -94,7 +95,14 @@ TEST(ProcessEngine, AHangIsFailedOnItsPair) {
   expect_only_pair_30_failed("hang", "failed, no answer within 0.5 s on pair 30", milliseconds(500));
 }
 TEST(ProcessEngine, AClosedOutputIsFailedOnItsPair) {
-  expect_only_pair_30_failed("close", "failed, it closed its output on pair 30");
+  expect_only_pair_30_failed("close", "failed, it closed its input or output on pair 30");
+}
+TEST(ProcessEngine, WhatItStartedThatHoldsItsPipesIsNoAnswer) {
+  expect_only_pair_30_failed("orphan", "failed, no answer within 0.3 s after exit code 7 on pair 30",
+                             milliseconds(300));
+}
+TEST(ProcessEngine, AStoppedOneIsFailedOnItsPair) {
+  expect_only_pair_30_failed("stop", "failed, no answer within 0.3 s on pair 30", milliseconds(300));
 }
 TEST(ProcessEngine, WhatBreaksTheProtocolIsFailedOnItsPair) {
   expect_only_pair_30_failed("order", "failed, its answers are in another order than the pairs on pair 30");
@@ -103,12 +111,26 @@ TEST(ProcessEngine, WhatBreaksTheProtocolIsFailedOnItsPair) {
 }
 TEST(ProcessEngine, WhatIsNoAnswerIsFailedOnItsPair) {
   expect_only_pair_30_failed("nan", "its separation is not finite, on pair 30");
+  expect_only_pair_30_failed("infinity", "its separation is not finite, on pair 30");
   expect_only_pair_30_failed("status", "its status is none, or was not written, on pair 30");
 }
 
 TEST(ProcessEngine, LinesThatBreakTheProtocolAreFailedOnTheirPair) {
   expect_only_pair_30_failed_in_json("order", "its answers are in another order than the pairs on pair 30");
   expect_only_pair_30_failed_in_json("short", "exit code 0 on pair 30");
+  expect_only_pair_30_failed_in_json("deep", "its line is no JSON object on pair 30");
+  expect_only_pair_30_failed_in_json("long", "its line does not end on pair 30");
+  for (const char* figure : {"comma", "literal", "beyond"})
+    expect_only_pair_30_failed_in_json(figure, "its line is no JSON object on pair 30");
+}
+TEST(ProcessEngine, LinesMayEndAsOnOtherSystems) {
+  for (const char* how : {"crlf", "bom"}) {
+    Engine engine({BAD_ENGINE, how, "json"});
+    const Row row;
+    EXPECT_THAT(engine.ask(row.solids, row.pairs, row.poses, {.kind = QueryKind::distance}).status,
+                Each(PairStatus::separated));
+    EXPECT_THAT(engine.told, IsEmpty());
+  }
 }
 // Pair 30 is the last of them: what is written too much follows the reply.
 TEST(ProcessEngine, AReplyThatHoldsMoreThanWasAskedIsNotBelieved) {
@@ -219,6 +241,9 @@ TEST(ProcessEngine, WhatIsNoEngineIsRefusedByName) {
   EXPECT_THAT(refusal({BAD_ENGINE, "version"}), HasSubstr("speaks version 2, this is 1"));
   EXPECT_THAT(refusal({BAD_ENGINE, "silent"}, milliseconds(100)), HasSubstr("no answer within 0.5 s"));
   EXPECT_THAT(refusal({BAD_ENGINE, "chatter"}), HasSubstr("first line does not end"));
+  EXPECT_THAT(refusal({BAD_ENGINE, "utf16"}),
+              testing::AnyOf(HasSubstr("no JSON object"), HasSubstr("more than its greeting")));
+  EXPECT_THAT(refusal({BAD_ENGINE, "resolution"}), HasSubstr("its resolution is negative or no figure"));
   for (const char* fields : {R"("touchstone": 1.5)", R"("touchstone": 1, "scalar_bits": 1e300)"})
     EXPECT_THAT(refusal({"echo", R"({"name": "a", "format": "json", )" + std::string(fields) + "}"}),
                 HasSubstr("has a field of another type"));
@@ -261,6 +286,34 @@ TEST(ProcessEngine, NoSignalOfABrokenPipeIsLeft) {
   const timespec at_once{0, 0};
   sigtimedwait(&pipe, nullptr, &at_once);
   pthread_sigmask(SIG_SETMASK, &before, nullptr);
+}
+
+// What a program started in its group ends with it, and the system ends both before us where memory ends.
+TEST(ProcessEngine, WhatItStartedEndsWithIt) {
+  const auto read_line = [](process_engine::ChildProcess& child, std::string_view request) {
+    std::string reply;
+    while (reply.find('\n') == std::string::npos && child.exchange(request, reply, 1, milliseconds(5000)) ==
+                                                        process_engine::ChildProcess::Turn::wrote_or_read)
+      continue;
+    return reply;
+  };
+  std::string started;
+  {
+    process_engine::ChildProcess child(
+        {"sh", "-c", "sleep 60 & echo $!; read line; cat /proc/self/oom_score_adj; exec sleep 60"});
+    started = read_line(child, "");
+    EXPECT_EQ(read_line(child, "go on\n"), "1000\n");
+  }
+  ASSERT_GT(started.size(), 1u);
+  const auto state = [&] {  // "123 (sleep) S ..."; "": it is gone
+    std::ifstream file("/proc/" + started.substr(0, started.size() - 1) + "/stat");
+    std::string number, name, letter;
+    file >> number >> name >> letter;
+    return letter;
+  };
+  for (int i = 0; i < 1000 && state() != "" && state() != "Z"; ++i)
+    std::this_thread::sleep_for(milliseconds(5));
+  EXPECT_THAT(state(), testing::AnyOf("", "Z"));
 }
 
 TEST(ProcessEngine, PosesThatAreNotFiniteAreNotSent) {
