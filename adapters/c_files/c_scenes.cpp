@@ -1,3 +1,4 @@
+#include "touchstone/adapters/c_files/scene_parameters.hpp"
 #include "touchstone/adapters/c_files/touchstone_files.h"
 #include "touchstone/adapters/c_interface/calls.hpp"
 #include "touchstone/adapters/c_interface/world.hpp"
@@ -10,7 +11,6 @@ using namespace touchstone;
 using c_interface::guarded;
 using c_interface::number_of;
 using c_interface::registry;
-using c_interface::require;
 
 namespace {
 
@@ -43,14 +43,8 @@ touchstone_code touchstone_load_scene(const char* backend, const char* path,
                                       const touchstone_parameter* parameters, size_t count,
                                       touchstone_world** out) {
   return guarded({{backend, "backend"}, {path, "path"}, {static_cast<const void*>(out), "out"}}, [&] {
-    if (count > 0) require(parameters, "parameters");
-    SceneParameters values;
-    for (std::size_t i = 0; i < count; ++i) {
-      require(parameters[i].name, "parameters: name");
-      values[parameters[i].name] = parameters[i].value;
-    }
-    auto made =
-        std::make_unique<touchstone_world>(std::make_unique<FlownScene>(load_scene(path, values), backend));
+    Scene scene = load_scene(path, c_interface::scene_parameters(parameters, count));
+    auto made = std::make_unique<touchstone_world>(std::make_unique<FlownScene>(std::move(scene), backend));
     *out = made.release();
   });
 }

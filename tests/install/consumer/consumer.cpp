@@ -79,6 +79,9 @@
 #ifdef WITH_gltf
 #include "touchstone/adapters/gltf/gltf.hpp"
 #endif
+#ifdef WITH_c_dynamics
+#include "touchstone/adapters/c_files/touchstone_dynamics.h"
+#endif
 #ifdef WITH_c_files
 #include "touchstone/adapters/c_files/touchstone_files.h"
 #endif
@@ -207,6 +210,12 @@ int wrong_with_c() {
   touchstone_world* scene = nullptr;
   const touchstone_code code = touchstone_load_scene("native", "not_there.yaml", nullptr, 0, &scene);
   wrong += code == TOUCHSTONE_BAD_INPUT ? 0 : 1;
+#endif
+#ifdef WITH_c_dynamics
+  touchstone_simulation* run = nullptr;
+  wrong += touchstone_load_simulation("native", "not_there.yaml", nullptr, 0, &run) == TOUCHSTONE_BAD_INPUT
+               ? 0
+               : 1;
 #endif
 #ifdef WITH_robot_formats
   wrong += refused("robot_formats", [] { touchstone::load_robot("not_there.urdf"); });
