@@ -69,7 +69,7 @@ class Run {
     if (object >= scene_.scene.objects.size()) throw py::index_error("object " + std::to_string(object));
     return object;
   }
-  JointAddress joint(const std::string& name) const { return joint_of(scene_, name); }
+  JointAddress joint(const std::string& name) const { return joint_named(scene_, name); }
   std::size_t object_count() const { return scene_.scene.objects.size(); }
 
  private:
