@@ -1,5 +1,5 @@
 # Builds SOURCES by pkg-config's flags for MODULE in the installed copy, and runs the program.
-# cmake -D PREFIX=... -D WORK_DIR=... -D MODULE=... -D SOURCES=a,b [-D DEFINE=...] -D PKG_CONFIG=... -D CXX=... -D CXX_FLAGS=... -P ...
+# cmake -D PREFIX=... -D WORK_DIR=... -D MODULE=... -D SOURCES=a,b [-D DEFINE=...] [-D ARGUMENT=...] -D PKG_CONFIG=... -D CXX=... -D CXX_FLAGS=... -P ...
 include(${CMAKE_CURRENT_LIST_DIR}/run.cmake)
 
 file(REMOVE_RECURSE ${WORK_DIR})
@@ -18,4 +18,4 @@ if(DEFINE)
 endif()
 string(REPLACE "," ";" SOURCES "${SOURCES}")
 run(${CXX} -o ${WORK_DIR}/program ${SOURCES} ${flags})
-run(${WORK_DIR}/program)
+run(${WORK_DIR}/program ${ARGUMENT})
