@@ -466,7 +466,7 @@ void WatchedPairs::update_partners(WorldModel& model, SolidIndex solid) {
 
 void WatchedPairs::add(const WorldModel& model, const WatchedPair& pair) {
   const auto is_of_arm = [&](SolidIndex solid) {
-    return model.mechanism_of(model.layout.slot_of[solid]) != nullptr;
+    return model.mechanisms.size() > 0 && model.mechanism_of(model.layout.slot_of[solid]) != nullptr;
   };
   // Until add_travel() says otherwise.
   const auto stands = [&](SolidIndex solid) {
