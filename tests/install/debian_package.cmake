@@ -6,7 +6,7 @@
 include(${CMAKE_CURRENT_LIST_DIR}/run.cmake)
 
 file(REMOVE_RECURSE ${WORK_DIR})
-# What is packed counts here, not how small: xz takes most of a minute.
+# The contents count here, not the size: gzip takes a fraction of xz's time.
 run(${CPACK} --config ${BUILD_DIR}/CPackConfig.cmake -G DEB -B ${WORK_DIR} -D CPACK_DEBIAN_COMPRESSION_TYPE=gzip)
 file(GLOB packages ${WORK_DIR}/*.deb)
 set(root ${WORK_DIR}/root)
