@@ -548,13 +548,16 @@ std::vector<Prism> prisms_of(const TriangleMesh& mesh, const Shell& shell, doubl
 std::vector<Prism> find_prisms(const MeshDistance& mesh, double over, std::span<const LimitBox> boxes) {
   const std::vector<Shell> shells = closed_shells(mesh);
   std::vector<Prism> prisms;
+  std::vector<Bounds> cavities;
+  for (const Shell& shell : shells)
+    if (!(shell.volume > 0.0)) cavities.push_back(shell.box);
   for (const Shell& shell : shells) {
     if (!(shell.volume > 0.0) || (shell.box.high - shell.box.low).minCoeff() <= 0.0) continue;
-    const bool may_have_cavity = std::any_of(shells.begin(), shells.end(), [&](const Shell& other) {
-      return !(other.volume > 0.0) && overlap(shell.box, other.box);
-    });
-    if (may_have_cavity) continue;
     const double least = least_limit(over, boxes, shell.corners);
+    if (shell.box.diagonal() < kThick * least) continue;  // no part of it is thick
+    const bool may_have_cavity = std::any_of(cavities.begin(), cavities.end(),
+                                             [&](const Bounds& box) { return overlap(shell.box, box); });
+    if (may_have_cavity) continue;
     for (Prism& prism : prisms_of(mesh.mesh(), shell, least)) prisms.push_back(std::move(prism));
   }
   return prisms;
