@@ -61,6 +61,8 @@ class ExcessSearch {
     // Each corner tightens the bound by its nearest triangle.
     std::array<Vector3, 4> held{};  // of the solid: the corners inside, and what is nearest to the others
     double moved = 0.0;
+    const Corner* deepest =
+        &middle;  // or farthest out: the ball about it that no surface meets is the largest
     for (int i = 0; i < 4; ++i) {
       if (is_enough(most)) return settle(most);
       Corner& corner = corners[i];
@@ -69,6 +71,7 @@ class ExcessSearch {
         corner.winding = winding_near(corner, std::span(&middle, 1));
         corner.is_known = true;
       }
+      if (corner.nearest.distance > deepest->nearest.distance) deepest = &corner;
       held[i] = corner.p;
       if (corner.nearest.triangle != nearest.triangle)
         most = std::min(most, farthest(corners, corner.nearest.triangle));
@@ -79,7 +82,7 @@ class ExcessSearch {
     }
     // If the tetrahedron of the held points is solid, no point is further out than its corners moved.
     const double slack = limit_ >= 0.0 ? limit_ - moved : 0.5 * resolution_;
-    if (slack > 0.0 && moved + slack < most && is_solid(held, slack, middle)) most = moved + slack;
+    if (slack > 0.0 && moved + slack < most && is_solid(held, slack, *deepest)) most = moved + slack;
     if (is_enough(most)) return settle(most);
     open.push({corners, most});
   }

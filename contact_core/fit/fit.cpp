@@ -86,10 +86,12 @@ class Measures {
   std::optional<Vector3> refused(const SixPlanes& solid) {
     const std::array<Vector3, 8> vertices = view_.corners(solid);
     if (about_prism(solid) <= least_over(vertices)) return std::nullopt;
+    if (is_in_accepted(solid)) return std::nullopt;
     const auto known = std::find_if(verdicts_.begin(), verdicts_.end(),
                                     [&](const auto& each) { return each.first == vertices; });
     const std::optional<Vector3>& point =
         known != verdicts_.end() ? known->second : verdicts_.emplace_back(vertices, beyond(vertices)).second;
+    if (!point) accepted_.push_back(solid);
     return point ? std::optional<Vector3>(view_.there(*point)) : std::nullopt;
   }
 
@@ -127,6 +129,15 @@ class Measures {
     for (const Prism& prism : prisms_)
       if (touches(corners, prism.box)) least = std::min(least, prism.bound(corners));
     return least;
+  }
+
+  // What is within a hexahedron that keeps to what is asked keeps to it: rounds of a search shrink them.
+  bool is_in_accepted(const SixPlanes& solid) const {
+    const std::array<Vector3, 8> corners = solid.corners();
+    return std::any_of(accepted_.begin(), accepted_.end(), [&](const SixPlanes& other) {
+      return std::all_of(corners.begin(), corners.end(),
+                         [&](const Vector3& p) { return other.above(p) <= 0.0; });
+    });
   }
 
   static bool touches(const std::array<Vector3, 8>& vertices, const Bounds& box) {
@@ -206,6 +217,7 @@ class Measures {
   const FitOptions& options_;
   std::span<const Prism> prisms_;
   std::deque<std::pair<std::array<Vector3, 8>, std::optional<Vector3>>> verdicts_;
+  std::vector<SixPlanes> accepted_;
 };
 
 bool keeps_to(const Fit& fit, const FitOptions& options) {

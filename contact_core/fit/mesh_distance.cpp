@@ -190,6 +190,9 @@ MeshDistance::Nearest MeshDistance::nearest_within(const Vector3& p, Nearest kno
     // A leaf compares its triangles.
     for (std::uint32_t i = 0; i < node.count; ++i) {
       const Corners& t = corners_[node.first + i];
+      // The box about it is sooner known to be too far.
+      const Vector3 low = t.a.cwiseMin(t.b).cwiseMin(t.c), high = t.a.cwiseMax(t.b).cwiseMax(t.c);
+      if (squared_distance(p, low, high) >= best) continue;
       const double squared = squared_distance(p, t.a, t.b, t.c);
       if (squared >= best) continue;
       best = squared;
