@@ -209,6 +209,22 @@ TEST(NativeBroadphase, FindsWhatBruteForceFindsInHeaps) { heap_up(1, false); }
 TEST(NativeBroadphase, FindsWhatBruteForceFindsInHeapsOfSeveralSolids) { heap_up(2, false); }
 TEST(NativeBroadphase, FindsWhatBruteForceFindsInHeapsOnPaths) { heap_up(1, true); }
 
+// So many nodes a level that a query looks at some of them after the others.
+TEST(NativeBroadphase, NamesAllPartnersInALargeHeap) {
+  constexpr std::uint32_t kObjects = 5000;
+  Scene scene;
+  for (std::uint32_t object = 0; object < kObjects; ++object)
+    scene.add({{"", Hexahedron::from_size({1, 1, 1}), {}}}, {Matrix3::Identity(), {1e-4 * object, 0, 0}});
+  const auto broadphase = make("native", scene, 0.0);
+  for (const SolidIndex solid : {0u, 777u, 4999u}) {
+    std::vector<SolidIndex> partners;
+    ASSERT_TRUE(broadphase->find_partners(solid, partners));
+    std::sort(partners.begin(), partners.end());
+    EXPECT_EQ(std::unique(partners.begin(), partners.end()), partners.end());
+    EXPECT_EQ(partners.size(), kObjects - 1);
+  }
+}
+
 TEST_P(IncrementalTest, AnotherNumberOfSolidsIsRefused) {
   Scene scene = random_scene(4, 5, 0, 43);
   const auto broadphase = make(GetParam(), scene, 0.1);

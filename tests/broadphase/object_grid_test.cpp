@@ -68,7 +68,7 @@ const Crowd kCrowds[] = {
     {.name = "one place", .shape = {0, 0, 0}, .is_served = false},
     {.name = "too many strays", .strays = 60, .is_served = false},
     {.name = "few", .objects = 300, .is_served = false},
-    {.name = "several solids", .spacing = 3.0, .solids = 3},
+    {.name = "several solids", .spacing = 3.0, .solids = 3, .is_served = false},
     {.name = "static ones", .still = 2},
 };
 
@@ -110,13 +110,12 @@ class CrowdScene {
     return object != other && !b.is_gone(object) && !b.is_gone(other) &&
            !(b.is_static(object) && b.is_static(other)) && b.may_pair(object, other);
   }
-  /// By trying all; of objects of several solids those whose boxes meet.
+  /// By trying all.
   Pairs wanted() const {
     Pairs out;
     for (std::uint32_t a = 0; a < bounds_->objects(); ++a)
       for (std::uint32_t b = a + 1; b < bounds_->objects(); ++b)
-        if (pairs(a, b) && (bounds_->are_single() || overlap(bounds_->object_box(a), bounds_->object_box(b))))
-          out.push_back({a, b});
+        if (pairs(a, b)) out.push_back({a, b});
     return out;
   }
   /// By the grid, part by part.

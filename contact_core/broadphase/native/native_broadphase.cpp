@@ -66,7 +66,7 @@ class Scene {
   }
 
   void find_pairs_by_place(std::vector<SolidPair>& out) noexcept {
-    if (!bounds_.are_single() || !object_pairs_.append_by_place(out)) append_all_pairs(out);
+    if (!object_pairs_.append_by_place(out)) append_all_pairs(out);
   }
 
   void update(std::span<const Pose> poses, std::span<const std::uint32_t> moved) noexcept {

@@ -23,7 +23,7 @@ constexpr double kFarthest = 0x1p15;
 // However few objects there are.
 constexpr std::uint32_t kFewCells = 64;
 
-constexpr std::uint32_t kLeastObjects = 512;
+constexpr std::uint32_t kLeastObjects = 512, kLeastSamples = 64;
 constexpr std::uint32_t kObjectsPerPart = 4096;
 // A run of positions costs as much as so many tests.
 constexpr double kTestsPerRun = 7.0;
@@ -133,8 +133,11 @@ bool ObjectGrid::build(const SolidBounds& bounds, TaskRunner* threads) noexcept 
     return false;
   }
   objects_ = bounds.objects();
-  is_plain_ = bounds.solids() == bounds.objects() && !bounds.has_static();
-  if (objects_ >= kLeastObjects && choose_cells(bounds) && fill(bounds, threads) && is_quick()) return true;
+  is_plain_ = !bounds.has_static();
+  // Trees know tighter boxes than spheres about objects of several solids.
+  if (objects_ >= kLeastObjects && bounds.are_single() && choose_cells(bounds) && fill(bounds, threads) &&
+      is_quick())
+    return true;
   frames_to_wait_ = kFramesToWait;
   return false;
 }
@@ -142,7 +145,7 @@ bool ObjectGrid::build(const SolidBounds& bounds, TaskRunner* threads) noexcept 
 bool ObjectGrid::choose_cells(const SolidBounds& bounds) noexcept {
   // Some objects are looked at.
   for (std::vector<double>& list : samples_) list.clear();
-  const std::uint32_t samples = std::min(kSamples, objects_);
+  const std::uint32_t samples = std::min(kSamples, kLeastSamples + objects_ / 16);
   for (std::uint32_t i = 0; i < samples; ++i) {
     const std::uint32_t object = sampled(i, samples, objects_);
     const Sphere& sphere = bounds.object_spheres_W()[object];
@@ -347,10 +350,11 @@ void ObjectGrid::for_each_run(std::uint32_t at, const Row& row, Visit visit) con
 
 // Some objects, evenly over the cells, tell how many tests and pairs there will be.
 bool ObjectGrid::is_quick() const noexcept {
-  constexpr std::uint32_t kAsked = 512, kTested = 64;
+  constexpr std::uint32_t kMostAsked = 512, kTestedOf = 8;
   constexpr double kMostTests = 4096.0;
   if (in_cells_ == 0) return false;
-  const std::uint32_t asked = std::min(kAsked, in_cells_), cells = count_[0] * count_[1] * count_[2];
+  const std::uint32_t asked = std::min(kMostAsked, kLeastSamples + in_cells_ / 16),
+                      cells = count_[0] * count_[1] * count_[2];
   double tests = 0.0, tested = 0.0, pairs = 0.0;
   for (std::uint32_t i = 0; i < asked; ++i) {
     const std::uint32_t at = sampled(i, asked, in_cells_);
@@ -358,7 +362,7 @@ bool ObjectGrid::is_quick() const noexcept {
         static_cast<std::uint32_t>(std::upper_bound(cell_start_.begin(), cell_start_.begin() + cells, at) -
                                    cell_start_.begin()) -
         1;
-    const bool is_tested = i % (kAsked / kTested) == 0 && tests <= kMostTests * (i + 1);
+    const bool is_tested = i % kTestedOf == 0 && tests <= kMostTests * (i + 1);
     Probe probe(*this, at);
     auto meet = [&](std::uint32_t, bool) { pairs += 1.0; };
     for_each_run(at, row_of(cell / count_[0]), [&](std::uint32_t first, std::uint32_t end) {
@@ -417,9 +421,7 @@ void ObjectGrid::add(std::uint32_t object, std::uint32_t other, bool is_sure, co
   bool keeps = is_sure || bounds.may_pair(object, other);
   if (keeps && !is_plain_)
     keeps = !bounds.is_gone(object) && !bounds.is_gone(other) &&
-            !(bounds.is_static(object) && bounds.is_static(other)) &&
-            ((bounds.is_single(object) && bounds.is_single(other)) ||
-             overlap(bounds.object_box(object), bounds.object_box(other)));
+            !(bounds.is_static(object) && bounds.is_static(other));
   writer.add(object, other, keeps);
 }
 

@@ -125,7 +125,7 @@ class ObjectGrid {
   std::uint32_t part_shift_ = 0;                 // from a row to its part
   std::uint32_t cell_parts_ = 0, in_cells_ = 0, loose_ = 0, chunk_ = 1, objects_ = 0;
   std::uint32_t frames_to_wait_ = 0;  // before it is tried again
-  bool is_plain_ = true;              // no pair is of static objects, gone ones or those of several solids
+  bool is_plain_ = true;              // there are no static objects, and none went
   // By part, then by chunk of objects: how many there are, then where they begin.
   std::array<std::array<std::uint32_t, kMostChunks>, kMostParts + 1> start_{};
   std::array<std::uint32_t, kMostParts + 2> part_start_{};

@@ -154,7 +154,7 @@ class ObjectTree {
 
   /// Calls visit(object, slot) or below(entry) for the children of a node that the query meets.
   template <class Visit, class Below>
-  void for_each_hit(const Query& query, const Entry& entry, Visit& visit, Below below) const noexcept {
+  void for_each_hit(const Query& query, Entry entry, Visit& visit, Below below) const noexcept {
     const Node& node = at(entry);
     Ints hit = node.highest_object >= query.least;
     for (int i = 0; i < 3; ++i) hit &= (node.low[i] <= query.high[i]) & (node.high[i] >= query.low[i]);
