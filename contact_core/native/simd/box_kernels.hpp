@@ -59,54 +59,68 @@ TOUCHSTONE_INLINE double largest_of(const double (&p)[3]) {
   return xy > z ? xy : z;
 }
 
+/// The first pass of one pair, as far as the face normals.
+struct CoarsePair {
+  Double4 margin, half_a, half_b;
+  Double4 C[3], abs_C[3];  ///< column j of R_A^T R_B
+  Double4 T_A;
+  Double4 face;  ///< the lesser slack of A's and B's axes
+  bool counts;   ///< magnitudes are ordinary, and numbers
+
+  TOUCHSTONE_INLINE CoarsePair(const PoseRecord& X_WA, const BoxRecord& a, const PoseRecord& X_WB,
+                               const BoxRecord& b) {
+    const double tx = X_WB.p[0] - X_WA.p[0], ty = X_WB.p[1] - X_WA.p[1], tz = X_WB.p[2] - X_WA.p[2];
+    const double size =
+        (a.reach + b.reach) + ((__builtin_fabs(tx) + __builtin_fabs(ty)) + __builtin_fabs(tz));
+    const double position = largest_of(X_WA.p) + largest_of(X_WB.p);
+    margin = all<Double4>(kCoarse * size + kPositionRoundoffs * kU * position);
+
+    const Rows A = rows_of(X_WA), B = rows_of(X_WB);
+    half_a = Double4{a.half_extents[0], a.half_extents[1], a.half_extents[2], 0.0};
+    half_b = Double4{b.half_extents[0], b.half_extents[1], b.half_extents[2], 0.0};
+    for (int j = 0; j < 3; ++j) {
+      C[j] = times(A, X_WB.R[3 * j], X_WB.R[3 * j + 1], X_WB.R[3 * j + 2]);
+      abs_C[j] = magnitude(C[j]);
+    }
+    T_A = times(A, tx, ty, tz);
+
+    const Double4 reach_b =
+        (all<Double4>(b.half_extents[0]) * abs_C[0] + all<Double4>(b.half_extents[1]) * abs_C[1]) +
+        all<Double4>(b.half_extents[2]) * abs_C[2];
+    counts = (size + position < kOrdinaryHigh) & (in_three(reach_b < all<Double4>(kOrdinaryHigh)) == kThree);
+
+    Double4 row[3];  // of C, for B's faces
+    transpose_three(abs_C, row);
+    const Double4 reach_a =
+        (all<Double4>(a.half_extents[0]) * row[0] + all<Double4>(a.half_extents[1]) * row[1]) +
+        all<Double4>(a.half_extents[2]) * row[2];
+    const Double4 T_B = times(B, tx, ty, tz);
+    face = least((half_a + reach_b) - magnitude(T_A), (half_b + reach_a) - magnitude(T_B));
+  }
+
+  static constexpr unsigned kThree = 7;
+  TOUCHSTONE_INLINE static unsigned in_three(Mask4 mask) { return bits(mask) & kThree; }
+
+  /// Whether a face certainly separates.
+  TOUCHSTONE_INLINE bool separates() const { return counts & (in_three(face < -margin) != 0); }
+};
+
 TOUCHSTONE_INLINE Certified certify_box_pair_inline(const PoseRecord& X_WA, const BoxRecord& a,
                                                     const PoseRecord& X_WB, const BoxRecord& b) {
-  constexpr unsigned kThree = 7;
-  const double tx = X_WB.p[0] - X_WA.p[0], ty = X_WB.p[1] - X_WA.p[1], tz = X_WB.p[2] - X_WA.p[2];
-  const double size = (a.reach + b.reach) + ((__builtin_fabs(tx) + __builtin_fabs(ty)) + __builtin_fabs(tz));
-  const double position = largest_of(X_WA.p) + largest_of(X_WB.p);
-  if (!(size + position < kOrdinaryHigh)) return Certified::unknown;
-  const Double4 margin = all<Double4>(kCoarse * size + kPositionRoundoffs * kU * position);
-
-  const Rows A = rows_of(X_WA), B = rows_of(X_WB);
-  const Double4 half_a = {a.half_extents[0], a.half_extents[1], a.half_extents[2], 0.0};
-  const Double4 half_b = {b.half_extents[0], b.half_extents[1], b.half_extents[2], 0.0};
-  Double4 C[3], abs_C[3];  // column j of R_A^T R_B
-  for (int j = 0; j < 3; ++j) {
-    C[j] = times(A, X_WB.R[3 * j], X_WB.R[3 * j + 1], X_WB.R[3 * j + 2]);
-    abs_C[j] = magnitude(C[j]);
-  }
-  const Double4 T_A = times(A, tx, ty, tz), T_B = times(B, tx, ty, tz);
-
-  const Double4 reach_b =
-      (all<Double4>(b.half_extents[0]) * abs_C[0] + all<Double4>(b.half_extents[1]) * abs_C[1]) +
-      all<Double4>(b.half_extents[2]) * abs_C[2];
-  const Double4 face_a = (half_a + reach_b) - magnitude(T_A);
-  const bool finite = (bits(reach_b < all<Double4>(kOrdinaryHigh)) & kThree) == kThree;
-
-  // C by rows, for B's faces.
-  const Double4 low = __builtin_shufflevector(abs_C[0], abs_C[1], 0, 4, 1, 5);
-  const Double4 row_0 = __builtin_shufflevector(low, abs_C[2], 0, 1, 4, 7);
-  const Double4 row_1 = __builtin_shufflevector(low, abs_C[2], 2, 3, 5, 7);
-  const Double4 high = __builtin_shufflevector(abs_C[0], abs_C[1], 2, 6, 3, 7);
-  const Double4 row_2 = __builtin_shufflevector(high, abs_C[2], 0, 1, 6, 7);
-  const Double4 reach_a =
-      (all<Double4>(a.half_extents[0]) * row_0 + all<Double4>(a.half_extents[1]) * row_1) +
-      all<Double4>(a.half_extents[2]) * row_2;
-  const Double4 face_b = (half_b + reach_a) - magnitude(T_B);
-  const Double4 a1 = next(half_a), a2 = after_next(half_a), T1 = next(T_A), T2 = after_next(T_A);
-  Double4 slack = least(face_a, face_b);
+  const CoarsePair s(X_WA, a, X_WB, b);
+  const Double4 a1 = next(s.half_a), a2 = after_next(s.half_a), T1 = next(s.T_A), T2 = after_next(s.T_A);
+  Double4 slack = s.face;
   for (int j = 0; j < 3; ++j) {
     const int j1 = (j + 1) % 3, j2 = (j + 2) % 3;
-    const Double4 C1 = next(C[j]), C2 = after_next(C[j]);
+    const Double4 C1 = next(s.C[j]), C2 = after_next(s.C[j]);
     const Double4 radius_a = a1 * magnitude(C2) + a2 * magnitude(C1);
     const Double4 radius_b =
-        all<Double4>(b.half_extents[j1]) * abs_C[j2] + all<Double4>(b.half_extents[j2]) * abs_C[j1];
+        all<Double4>(b.half_extents[j1]) * s.abs_C[j2] + all<Double4>(b.half_extents[j2]) * s.abs_C[j1];
     slack = least(slack, (radius_a + radius_b) - magnitude(T2 * C1 - T1 * C2));
   }
   // No branch on the answer, which is unpredictable: the next call's loads need not wait for it.
-  return verdict(finite & ((bits(slack < -margin) & kThree) != 0),
-                 finite & ((bits(slack > margin) & kThree) == kThree));
+  return verdict(s.counts & (s.in_three(slack < -s.margin) != 0),
+                 s.counts & (s.in_three(slack > s.margin) == s.kThree));
 }
 
 // ---- Many pairs: lanes are pairs.

@@ -145,7 +145,7 @@ struct Table {
 
   static void clip_boxes(const PoseRecord* poses, const BoxRecord* shapes, const ClipTask* tasks,
                          std::size_t count, double max_point_separation, ClipRecord* out) {
-    if (count != 1)
+    if (!kHasFour || count != 1)
       return clip_inline<Pack, BoxSolid>(poses, shapes, tasks, count, max_point_separation, out);
     const PairIndices pair = tasks->pair;
     *out = clip_box_pair(poses[pair.a], shapes[pair.a], poses[pair.b], shapes[pair.b], *tasks,

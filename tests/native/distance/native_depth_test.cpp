@@ -272,6 +272,10 @@ TEST(NativeDepthKernels, EveryInstructionSetGivesTheGenericBits) {
     for (std::size_t i = 0; i < boxes.size(); ++i) {
       expect_same_bits(box_records[i], other_boxes[i]);
       expect_same_bits(box_records[i], depth.boxes(kernels, {&boxes[i], 1})[0]);
+      DepthRecord of_contact;
+      kernels.compute_box_pair_depth(depth.poses(), depth.data.boxes.data(), boxes[i], true, &of_contact);
+      ASSERT_EQ(of_contact.certified, box_records[i].certified);
+      if (of_contact.certified != native::Certified::separated) expect_same_bits(box_records[i], of_contact);
     }
     for (std::size_t i = 0; i < parallelepipeds.size(); ++i) {
       expect_same_bits(parallelepiped_records[i], other_parallelepipeds[i]);
