@@ -129,6 +129,18 @@ TEST(ErrorFigures, TheAxisHoldsTheWrongBackendsToo) {
   EXPECT_EQ(axis.high, 0);
 }
 
+// A wrong class of solids that touch is wrong by the least double, an answer may be anything.
+TEST(ErrorFigures, WhatIsFarOffDoesNotTakeTheAxisFromTheOthers) {
+  SetResult set = one_set({});
+  auto& curve = set.backends[0].judgement.cost_curve[1];
+  curve.fill(2e-16);
+  curve.front() = 5e-324;
+  curve.back() = 1e300;
+  const Decades axis = error_axis_for(std::span(&set, 1), QueryKind::distance);
+  EXPECT_EQ(axis.low, -20);
+  EXPECT_EQ(axis.high, 1);
+}
+
 // ---- growth
 
 TEST(Growth, TwoPointsAndWrongBackendsHaveNoSlope) {

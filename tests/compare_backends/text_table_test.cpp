@@ -29,5 +29,12 @@ TEST(Wrapped, CountsCharactersNotBytes) {
   EXPECT_EQ(wrapped("\u00e4\u00f6\u00fc \u00e4", 5), "\u00e4\u00f6\u00fc \u00e4");
 }
 
+// The least double stands for a wrong class where solids touch exactly.
+TEST(FormatError, WhatIsNoLengthButNotRightIsAboveZero) {
+  EXPECT_EQ(format_error(0.0), "0");
+  EXPECT_EQ(format_error(5e-324), "> 0");
+  EXPECT_EQ(format_error(3e-308), "3.0e-308");
+}
+
 }  // namespace
 }  // namespace touchstone::comparison

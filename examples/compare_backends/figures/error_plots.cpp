@@ -61,7 +61,7 @@ std::string distribution_line(const Curve& values, const LogScale& x, int place)
 
 constexpr double kSide = 300, kMargin = 44, kArea = 222, kAreaTop = 28;
 constexpr double kThreshold = 1e-17;
-constexpr double kLargest = 10;  // of two solids within S of the origin none are 2 sqrt(3) S apart
+constexpr double kLargest = kMostShownError;  // two solids within S of the origin are nearer, 2 sqrt(3) S
 
 std::string signed_axes(const SignedLogScale& x, const SignedLogScale& y) {
   std::string svg = fmt::format("<rect class='area' x='{}' y='{}' width='{}' height='{}'/>", kMargin,
@@ -97,8 +97,8 @@ Decades error_axis_for(std::span<const SetResult> sets, QueryKind query) {
       if (!has_line(backend, index_of(query))) continue;
       for (const double value : backend.judgement.cost_curve[index_of(query)]) {
         if (!(value > 0) || !std::isfinite(value)) continue;
-        least = std::min(least, value);
-        most = std::max(most, value);
+        least = std::min(least, std::max(value, kLeastShownError));
+        most = std::max(most, std::min(value, kMostShownError));
       }
     }
   }

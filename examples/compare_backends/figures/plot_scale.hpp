@@ -5,6 +5,10 @@
 
 namespace touchstone::comparison {
 
+/// Errors over S beyond these are held at the axis' ends, so that one backend's do not take the axis from the
+/// others: a wrong class where solids touch exactly is wrong by 5e-324, and an answer may be 1e300.
+inline constexpr double kLeastShownError = 1e-20, kMostShownError = 10.0;
+
 /// A range between two powers of ten, in exponents.
 struct Decades {
   int low, high;

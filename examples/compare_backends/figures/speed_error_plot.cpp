@@ -285,8 +285,8 @@ PlotAxes axes_for(std::span<const SetResult> sets) {
   const auto down = [](double value) { return std::pow(10.0, std::floor(std::log10(value))); };
   const auto up = [](double value) { return std::pow(10.0, std::ceil(std::log10(value))); };
   if (ns_low > ns_high) return {};
-  return {down(ns_low), std::max(up(ns_high), 100 * down(ns_low)), std::max(down(error_low), 1e-20),
-          std::max(up(error_high), 1e-12)};
+  return {down(ns_low), std::max(up(ns_high), 100 * down(ns_low)),
+          std::max(down(error_low), kLeastShownError), std::clamp(up(error_high), 1e-12, kMostShownError)};
 }
 
 std::string speed_error_plot(const SetResult& set, QueryKind query, const PlotAxes& axes,

@@ -38,6 +38,7 @@ function touchstoneFigures() {
   function metres(v) {
     if (isNaN(v)) return '-';
     if (v === 0) return '0';
+    if (v > 0 && v < 2.2250738585072014e-308) return '> 0';
     return isFinite(v) ? exponent(exponential(v, 1)) : 'inf';
   }
   return {three, percent, thousands, nanoseconds, metres};

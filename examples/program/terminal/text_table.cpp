@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace touchstone::program {
 namespace {
@@ -92,6 +93,8 @@ std::string format_ns(double nanoseconds) {
 std::string format_error(double value) {
   if (std::isnan(value)) return "-";
   if (value == 0.0) return "0";
+  // Of a wrong class where solids touch exactly: no length, but not right.
+  if (value > 0.0 && value < std::numeric_limits<double>::min()) return "> 0";
   return fmt::format("{:.1e}", value);
 }
 

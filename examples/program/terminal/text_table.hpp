@@ -22,7 +22,7 @@ class TextTable {
 std::string wrapped(const std::string& text, std::size_t columns = 120);
 
 std::string format_ns(double nanoseconds);    ///< "41.3", "1 234"; "-" for NaN
-std::string format_error(double value);       ///< "0", "1.2e-16", "inf"; "-" for NaN
+std::string format_error(double value);       ///< "0", "> 0" below 2e-308, "1.2e-16", "inf"; "-" for NaN
 std::string format_count(std::size_t count);  ///< thousands apart
 std::string format_ratio(double ratio);       ///< "1.00x", "12.3x"; "-" for NaN
 
