@@ -1,4 +1,7 @@
+#include <unistd.h>
+
 #include <chrono>
+#include <cstdio>
 #include <cstdlib>
 #include <string>
 #include <thread>
@@ -28,7 +31,7 @@ class Late final : public measures::testing::PairByPair {
 }  // namespace
 
 // Offers the fakes, with --start-late 1.2 s later; dies when it is asked for "dying", and answers "hanging"
-// in an hour, "slow" in 0.1 s a call.
+// in an hour, "slow" in 0.1 s a call; "rude" prints and leaves a child that never ends.
 int main(int argc, char** argv) {
   if (argc > 1 && std::string(argv[1]) == "--start-late") {
     std::this_thread::sleep_for(std::chrono::milliseconds(1200));
@@ -41,6 +44,13 @@ int main(int argc, char** argv) {
     };
     add("dying", []() -> std::unique_ptr<Narrowphase> { std::abort(); });
     add("hanging", [] { return std::make_unique<Late>("hanging", std::chrono::hours(1)); });
+    add("rude", [] {
+      std::puts("a line of the engine's");
+      std::fflush(stdout);
+      if (fork() == 0)
+        for (;;) pause();
+      return std::make_unique<Late>("rude", std::chrono::milliseconds(0));
+    });
     add("slow", [] { return std::make_unique<Late>("slow", std::chrono::milliseconds(100)); });
   });
 }

@@ -1,6 +1,7 @@
 #include "touchstone/examples/compare_backends/run/workers/worker.hpp"
 
 #include <gtest/gtest.h>
+#include <poll.h>
 #include <sched.h>
 #include <sys/mount.h>
 #include <sys/wait.h>
@@ -98,6 +99,22 @@ TEST(Worker, AHangingOneIsNotAskedAgain) {
   EXPECT_EQ(later[0].queries[2].status, std::vector<PairStatus>(2, PairStatus::failed));
 }
 
+// A pipe's other end is closed where nobody has it any more.
+TEST(Worker, WhatItsEnginePrintsAndStartsIsNotOurs) {
+  const Worker worker = describe_worker(TEST_WORKER);
+  const std::vector<std::string> names = {"rude"};
+  int ends[2] = {-1, -1};
+  ASSERT_EQ(pipe(ends), 0);
+  ::testing::internal::CaptureStdout();
+  const auto answers = run_in_worker(worker, names, testing::cubes({0.5}), quick());
+  EXPECT_EQ(::testing::internal::GetCapturedStdout(), "");
+  close(ends[1]);
+  pollfd end{ends[0], POLLIN, 0};
+  EXPECT_EQ(poll(&end, 1, 5000), 1);
+  close(ends[0]);
+  EXPECT_EQ(answers.at(0).failure, "");
+}
+
 // Its libraries are loaded, and its job is read, before the first sign.
 TEST(Worker, AStartOfSeveralLimitsIsNoHang) {
   Worker worker = describe_worker(TEST_WORKER, {"--start-late"}, std::chrono::milliseconds(600));
@@ -157,6 +174,18 @@ TEST(Patience, AStartMayTakeFiveLimits) {
   EXPECT_TRUE(waiting.is_over_after(1, std::chrono::milliseconds(5)));
 }
 
+// Signs come, but slowly: 30 limits in all, and a thousandth of one a sign.
+TEST(Patience, WhoSleepsInEveryCallIsEnded) {
+  Waiting waiting;
+  int calls = 0;
+  for (bool is_over = false; !is_over && calls < 100; ++calls) {
+    waiting.signs.give();
+    is_over = waiting.is_over_after(50, std::chrono::milliseconds(5));
+  }
+  EXPECT_TRUE(waiting.patience.is_too_long());
+  EXPECT_EQ(calls, 37);  // of 0.25 s: 9.25 s > 9.0111 s
+}
+
 TEST(Patience, EachSignStartsItAnew) {
   Waiting waiting;
   for (int sign = 0; sign < 10; ++sign) {
@@ -195,6 +224,9 @@ TEST(SignsOfLife, AFullDiskIsAnErrorAndNoSignal) {
 }
 
 TEST(Worker, AProgramThatIsNotThereSaysSo) { EXPECT_NE(describe_worker("/no/such/program").failure, ""); }
+TEST(Worker, OneThatEndsBeforeItNamesABackendSaysSo) {
+  EXPECT_EQ(describe_worker("/bin/true").failure, "true named no backends");
+}
 
 TEST(Job, CarriesEveryBitOfTheSolids) {
   for (const PairFamily& family : pair_families()) {

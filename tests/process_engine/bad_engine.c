@@ -34,7 +34,7 @@ static void write_line(const char* line, const char* how) {
     if (*line == '\n' && strcmp(how, "crlf") == 0) write_all("\r", 1);
     write_all(line, 1);
     if (strcmp(how, "utf16") == 0) write_all("\0", 1);
-    if (strcmp(how, "dribble") == 0) nanosleep(&(struct timespec){0, 20000000}, NULL);
+    if (strcmp(how, "dribble") == 0) nanosleep(&(struct timespec){0, 2000000}, NULL);
   }
 }
 

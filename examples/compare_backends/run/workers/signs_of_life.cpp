@@ -72,7 +72,8 @@ bool Patience::is_over(Clock::time_point now) {
   const std::uint64_t count = signs_.count();
   waited_ = count == last_ ? waited_ + since : Clock::duration{};
   last_ = count;
-  return waited_ > limit();
+  in_all_ += since;
+  return waited_ > limit() || is_too_long();
 }
 
 std::chrono::milliseconds Patience::limit() const { return last_ == 0 ? kLimitsOfAStart * limit_ : limit_; }

@@ -32,7 +32,8 @@ class SignsOfLife {
 };
 
 /// Whether the count of a process that is polled stands still for longer than a limit; until the first sign
-/// kLimitsOfAStart of it are allowed, as engines as processes have them.
+/// kLimitsOfAStart of it are allowed, as engines as processes have them. In all, kLimitsInAll are, and for
+/// each sign a thousandth of the limit more: an engine that sleeps in every call would keep a run for days.
 class Patience {
  public:
   using Clock = std::chrono::steady_clock;
@@ -41,8 +42,16 @@ class Patience {
 
   Patience(const SignsOfLife& signs, std::chrono::milliseconds limit, Clock::time_point now)
       : signs_(signs), limit_(limit), polled_(now) {}
+  static constexpr int kLimitsInAll = 30;
+  static constexpr double kLimitsASign = 1e-3;
+
   /// Polls, at `now`.
   bool is_over(Clock::time_point now);
+  /// Whether it is over for what was taken in all.
+  bool is_too_long() const { return in_all_ > allowed_in_all(); }
+  std::chrono::duration<double> allowed_in_all() const {
+    return limit_ * (kLimitsInAll + kLimitsASign * static_cast<double>(last_));
+  }
   /// The silence that is allowed now.
   std::chrono::milliseconds limit() const;
 
@@ -51,7 +60,7 @@ class Patience {
   std::chrono::milliseconds limit_;
   std::uint64_t last_ = 0;
   Clock::time_point polled_;
-  Clock::duration waited_{};
+  Clock::duration waited_{}, in_all_{};
 };
 
 /// A backend whose narrowphases give a sign before and after each call; answers are the inner one's.

@@ -1,5 +1,6 @@
 #include "touchstone/examples/compare_backends/run/workers/worker.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <signal.h>
 #include <spawn.h>
@@ -37,7 +38,7 @@ class TemporaryFolder {
 
  private:
   static fs::path make() {
-    std::string name = (fs::temp_directory_path() / "compare_backends.XXXXXX").string();
+    std::string name = fs::absolute(fs::temp_directory_path() / "compare_backends.XXXXXX").string();
     if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder can be made: " + name);
     return name;
   }
@@ -63,6 +64,38 @@ void write_file(const fs::path& path, const std::string& bytes) {
   if (!stream) throw std::runtime_error(path.string() + " cannot be written: is the disk full?");
 }
 
+// Starts a program in a process group of its own, so that what an engine starts ends with it. What the engine
+// prints is not our output, nor is our input its own.
+int start(pid_t& process, const fs::path& program, std::vector<std::string> command) {
+  std::vector<char*> argv;
+  for (std::string& word : command) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  posix_spawn_file_actions_adddup2(&actions, STDERR_FILENO, STDOUT_FILENO);
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
+  const int error = posix_spawn(&process, program.c_str(), &actions, &attributes, argv.data(), environ);
+  posix_spawnattr_destroy(&attributes);
+  posix_spawn_file_actions_destroy(&actions);
+  return error;
+}
+
+bool has_ended(pid_t process) {
+  siginfo_t how{};
+  return waitid(P_PID, static_cast<id_t>(process), &how, WEXITED | WNOHANG | WNOWAIT) != 0 || how.si_pid != 0;
+}
+
+// Ends the program, where it still runs, and what it started. Returns how it ended.
+int end(pid_t process) {
+  kill(-process, SIGKILL);  // while its number is still its own
+  int status = 0;
+  waitpid(process, &status, 0);
+  return status;
+}
+
 // Runs the program to its end, which gives signs of life in a file of `folder`. Returns "" or how it failed;
 // a hang is noted in the worker, too.
 std::string run_program(const Worker& worker, const fs::path& folder, std::vector<std::string> arguments,
@@ -74,39 +107,37 @@ std::string run_program(const Worker& worker, const fs::path& folder, std::vecto
   arguments.insert(arguments.begin() + 1, life.string());
   arguments.insert(arguments.begin(), worker.arguments.begin(), worker.arguments.end());
   arguments.insert(arguments.begin(), program.string());
-  std::vector<char*> argv;
-  for (std::string& argument : arguments) argv.push_back(argument.data());
-  argv.push_back(nullptr);
   pid_t process = 0;
-  if (const int error = posix_spawn(&process, program.c_str(), nullptr, nullptr, argv.data(), environ)) {
+  if (const int error = start(process, program, std::move(arguments))) {
     return fmt::format("{} cannot be started: {}", program.filename().string(), std::strerror(error));
   }
   // Workers do not outlive an interrupted run.
   const OnInterrupt end_it([process] {
-    kill(process, SIGKILL);
+    kill(-process, SIGKILL);
     return std::string();
   });
   // Polling lets progress and interrupts through.
-  int status = 0;
   Patience patience(signs, worker.time_limit, Patience::Clock::now());
   try {
-    while (waitpid(process, &status, WNOHANG) == 0) {
+    while (!has_ended(process)) {
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
       if (progress) progress(0.0);
       if (!patience.is_over(Patience::Clock::now())) continue;
-      kill(process, SIGKILL);
-      waitpid(process, &status, 0);
-      *worker.hang = fmt::format("{} gave no answer within {:g} s", program.filename().string(),
-                                 1e-3 * static_cast<double>(patience.limit().count()));
+      end(process);
+      *worker.hang = patience.is_too_long()
+                         ? fmt::format("{} took more than {:.3g} s in all", program.filename().string(),
+                                       patience.allowed_in_all().count())
+                         : fmt::format("{} gave no answer within {:g} s", program.filename().string(),
+                                       1e-3 * static_cast<double>(patience.limit().count()));
       return *worker.hang;
     }
   } catch (...) {
-    kill(process, SIGKILL);
-    waitpid(process, &status, 0);
+    end(process);
     throw;
   }
   // A worker that died is reported in words, as a failure of its backends.
-  stop_if_interrupted();  // a terminal sends its signal to the worker, too, which is no result
+  const int status = end(process);
+  stop_if_interrupted();  // then it was we who ended it, which is no result
   if (WIFSIGNALED(status)) {
     return fmt::format("{} died: {}", program.filename().string(), strsignal(WTERMSIG(status)));
   }
@@ -134,6 +165,25 @@ std::vector<BackendAnswers> all_failed(const Worker& worker, std::span<const std
   return answers;
 }
 
+// Whether the answers are those backends', each to all cases.
+bool fit(std::span<const BackendAnswers> answers, std::span<const std::string> backends, std::size_t cases) {
+  const auto fits = [&](const QueryAnswers& of, QueryKind kind) {
+    return of.status.size() == cases && (kind == QueryKind::overlap || of.geometry.size() == cases) &&
+           (kind != QueryKind::manifold || of.points.size() == cases * kMaxManifoldPoints) &&
+           std::all_of(of.status.begin(), of.status.end(),
+                       [](PairStatus status) { return status <= PairStatus::unsupported; });
+  };
+  if (answers.size() != backends.size()) return false;
+  for (std::size_t b = 0; b < backends.size(); ++b) {
+    if (answers[b].name != backends[b]) return false;
+    for (const QueryKind kind : measures::kQueryKinds)
+      if (!fits(answers[b].queries[index_of(kind)], kind)) return false;
+    const QueryAnswers& moved = answers[b].perturbed;
+    if (!moved.status.empty() && !fits(moved, QueryKind::manifold)) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 bool Worker::offers(std::string_view name) const {
@@ -155,6 +205,7 @@ Worker describe_worker(const fs::path& program, const std::vector<std::string>& 
   for (std::string name, description; std::getline(stream, name) && std::getline(stream, description);) {
     worker.backends.emplace_back(name, description);
   }
+  if (worker.backends.empty()) worker.failure = program.filename().string() + " named no backends";
   return worker;
 }
 
@@ -169,17 +220,19 @@ std::vector<BackendAnswers> run_in_worker(const Worker& worker, std::span<const 
   const std::string failure =
       run_program(worker, folder.path(), {"--run", job.string(), answers.string()}, progress);
   if (!failure.empty()) return all_failed(worker, backends, set, failure);
+  // An engine writes where it likes in the worker's memory: what comes back may be anything.
   try {
-    return decode_answers(read_file(answers));
+    std::vector<BackendAnswers> decoded = decode_answers(read_file(answers));
+    if (fit(decoded, backends, set.cases())) return decoded;
   } catch (const std::exception&) {
-    return all_failed(worker, backends, set,
-                      worker.program.filename().string() + " wrote no readable answers");
   }
+  return all_failed(worker, backends, set, worker.program.filename().string() + " wrote no readable answers");
 }
 
 int worker_main(int argc, char** argv, const std::function<void(BackendRegistry&)>& add_backends) {
   const std::vector<std::string> arguments(argv + 1, argv + argc);
-  prctl(PR_SET_PDEATHSIG, SIGKILL);  // nobody waits for it then
+  prctl(PR_SET_PDEATHSIG, SIGKILL);                   // nobody waits for it then
+  std::ofstream("/proc/self/oom_score_adj") << 1000;  // where memory ends, this ends before who started it
   try {
     BackendRegistry registry;
     add_backends(registry);
