@@ -16,7 +16,7 @@
 #include <thread>
 #include <vector>
 
-#include "touchstone_plugin.h"
+#include <touchstone_plugin.h>
 
 namespace {
 
