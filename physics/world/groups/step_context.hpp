@@ -24,6 +24,7 @@ struct StepContext {
   std::uint32_t unconverged_before = 0;  // the group
   bool is_soft = false;                  // the group overlaps: the soft answer does for it
   bool is_parted = false;                // the group, of alike masses, overlaps, be it less deep
+  double for_last_piece = 0.0;           // of the group's work: with less no other piece begins
   double spare = 0.0;                    // work beyond their own that is left to the step's groups
 
   bool is_bounded() const { return settings.accuracy == DynamicsWorld::Accuracy::bounded; }
@@ -32,6 +33,8 @@ struct StepContext {
   bool is_work_over() const {
     return is_bounded() && (report.unconverged > unconverged_before || budget.is_spent());
   }
+  /// The same, or what is left is for the piece that ends the group's step.
+  bool is_time_for_last() const { return is_work_over() || budget.left() < for_last_piece; }
   /// Reports why the step is not taken, and for which contact, body or mechanism. Returns false.
   bool fail(StepFailure failure, std::size_t index) {
     report.failure = failure;

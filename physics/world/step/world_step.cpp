@@ -29,6 +29,9 @@ constexpr std::uint32_t kMostLargePieces = 4;
 // Contacts that a group's work is always for, and for each of its bodies at most: overlapped heaps have
 // dozens a body. How many a joint counts as.
 constexpr std::size_t kLeastShares = 18, kMostSharesABody = 8, kJointShares = 6;
+// Of the work of bodies alone of alike masses: with less no piece begins but the last. Pieces of a body that
+// rattles cost all of it else, up to 16 of them, and nothing is left for the answer that ends the step.
+constexpr double kForLastPiece = 0.9;
 // Contacts beyond kFullShares count one in kFurther: large groups that move spend all that they have, step by
 // step, each from the last one's impulses.
 constexpr std::size_t kFullShares = 64, kFurther = 2;
@@ -204,7 +207,11 @@ void choose_methods(const Group& members, double& spare, StepContext& step, Worl
   const bool is_few = members.contacts.size() <= kFullShares;
   const double share = step.is_parted && is_few ? kPartedWork : 1.0;
   if (step.is_parted) spare = 0.0;
-  step.budget.grant(share * work_of(members, world.movers, step) + spare);
+  const double work = share * work_of(members, world.movers, step) + spare;
+  const bool is_shared = are_bodies && !group.is_coarse && work < WorkBudget::kNoEnd;
+  step.for_last_piece =
+      is_shared && mass_ratio(members, world.movers) <= kUnlike ? kForLastPiece * work : 0.0;
+  step.budget.grant(work);
 }
 
 /// Of bodies of alike masses: as much again, of many contacts none.
@@ -230,7 +237,7 @@ bool step_group(const Group& members, std::span<const Contact> contacts, StepCon
   Clock clock{step.h};
   while (clock.left > 0.0) {
     ++clock.pieces;
-    const bool to_the_end = group.is_coarse || clock.pieces >= most_pieces || step.is_work_over();
+    const bool to_the_end = group.is_coarse || clock.pieces >= most_pieces || step.is_time_for_last();
     const double t = take_piece(clock, to_the_end, step, world);
     if (step.report.failure != StepFailure::none) return false;
     clock.left = t >= clock.left ? 0.0 : clock.left - t;
