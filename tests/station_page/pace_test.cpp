@@ -203,8 +203,10 @@ TEST_F(StationPace, PicturesOfWhatIsLookedBackAtDoNotQueueEither) {
 TEST_F(StationPace, AFrameThatLayInTheBrowserGivesWayToANewerOne) {
   // `take(frame, ago)`: a frame of this number that was sent so many ms ago is taken now.
   value(R"((() => {
-    const {link, picture, station} = touchstoneStation, takeFrame = link.takeFrame.bind(link), draw = picture.draw.bind(picture);
+    const {link, pace, picture, station} = touchstoneStation, takeFrame = link.takeFrame.bind(link), draw = picture.draw.bind(picture);
     window.shown = [];
+    pace.at = 0;
+    pace.add = () => {};
     link.takeFrame = data => { window.last = data; takeFrame(data); };
     picture.draw = (frame, ...of) => { window.shown.push(frame.frame); draw(frame, ...of); };
     window.take = (frame, ago) => {

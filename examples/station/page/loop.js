@@ -25,6 +25,8 @@ export function forgetPending() {
 // The page was hidden or is shown again. Turns stop while it is hidden: neither what was on its way then nor a hand that was obeyed
 // meanwhile says how late pictures are.
 export function rest() {
+  clearTimeout(station.awaits);
+  station.awaits = parts.link.onFrame = null;
   forgetPending();
   parts.pace.rest();
   station.drawnAt = station.shownAt = null;
@@ -102,12 +104,12 @@ export function turnOfLoop(now) {
   if (station.playing && station.frame) playOn(now);
   // No queue of pictures: while two are being drawn the newest frame waits, or a newer one takes its place.
   if (station.awaits || station.pending.length >= 2 || now - (station.drawnAt || 0) < parts.pace.level.apart) return;
-  if (parts.link.newest && parts.link.underWay > long) awaitNewer();
+  if (parts.link.newest && parts.link.underWay > long && parts.link.rtt < 1000 * patience) awaitNewer();
   else showNewest(now);
 }
 
 // The newest frame lay in the browser: the station hears only now that it was taken, and sends the newest that it has. That one is drawn,
-// unless it takes too long to come.
+// unless it takes too long to come; where the station is further away than that nothing is waited for.
 function awaitNewer() {
   const show = () => {
     clearTimeout(station.awaits);

@@ -21,6 +21,9 @@ constexpr const char* kSubprotocol = "touchstone-station-1";
 /// the first waits for longer than this and than three quarters of what the last such one took, a second
 /// follows it: a page with few turns takes both in the next, and shows the newer [us].
 constexpr double kLongUnseen = 100e3;
+/// From such a round trip on it is the way that takes the time, not the page: a second frame sets out when
+/// the first arrives, by half of it [us]. A step of the default 50 Hz.
+constexpr double kFar = 20e3;
 /// A page sends a hundred messages a second: what is beyond these is a flood.
 constexpr std::size_t kMostMessagesASecond = 2000, kMostBytesASecond = std::size_t{4} << 20U;
 /// Most that the kernel may hold for a client that is slow to read: newer frames are worth more [bytes].
@@ -224,6 +227,7 @@ void PageClient::take(const SeenMessage& message) {
 }
 
 void PageClient::take(const DrawnMessage& message) {
+  rtt_us_ = message.rtt;
   for (const Sent& sent : sent_) {
     if (sent.frame != message.frame || sent.sent_us == 0.0) continue;
     // Of each input the first frame that obeys it counts.
@@ -283,7 +287,9 @@ bool PageClient::may_send_frame() const {
   if (sent_serial_ >= host_.frame_serial || host_.frame.size() < kFrameHeader) return false;
   if (!reports_seen_ || frames_sent_ == frames_seen_) return true;
   const double waits = station_us() - sent_[frames_seen_ % sent_.size()].sent_us;
-  return frames_sent_ - frames_seen_ == 1 && waits > std::max(kLongUnseen, 0.75 * first_took_us_);
+  const double of_page = std::max(kLongUnseen, 0.75 * first_took_us_);
+  return frames_sent_ - frames_seen_ == 1 &&
+         waits > (rtt_us_ > kFar ? std::min(rtt_us_ / 2.0, of_page) : of_page);
 }
 
 void PageClient::pump() {

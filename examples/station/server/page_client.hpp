@@ -112,6 +112,7 @@ class PageClient : public std::enable_shared_from_this<PageClient> {
   std::uint64_t frames_sent_ = 0, frames_seen_ = 0;
   std::uint64_t first_unseen_ = 0;  // the last that was sent while no other was on its way
   double first_took_us_ = 0.0;      // from sent to seen, of the last such one that was seen
+  double rtt_us_ = 0.0;             // as its clock bounds it
   std::array<Sent, 64> sent_{};     // by frames_sent_
   std::uint32_t drawn_input_ = 0;
   double budget_since_us_ = 0.0;
