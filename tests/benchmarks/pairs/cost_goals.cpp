@@ -238,10 +238,11 @@ void print_worlds() {
   }
 }
 
-/// Runs that part in a process of its own: the choice of kernels, and memory, are a process's.
-void print_apart(const std::string& program, const std::string& part) {
+/// Runs that part in a process of its own, with `setting` in its environment: the choice of kernels, and
+/// memory, are a process's.
+void print_apart(const std::string& program, const std::string& part, const std::string& setting = "") {
   std::fflush(stdout);
-  if (std::system((program::shell_word(program) + " goals " + part).c_str()) != 0)
+  if (std::system((setting + " " + program::shell_word(program) + " goals " + part).c_str()) != 0)
     std::printf("%s: not measured\n", part.c_str());
 }
 
@@ -262,7 +263,7 @@ void print_goals(const BackendRegistry& registry, const std::string& program, co
   std::printf("fastest right peer, hot; cold [ns] | asked [ns] | verdict |\n");
   std::printf("|---|---|---|---|---|---|---|---|---|---|\n");
   print_pairs(registry, peers, pair_goals(), "");
-  print_apart("TOUCHSTONE_ISA=generic " + program, "two_lanes");
+  print_apart(program, "two_lanes", "TOUCHSTONE_ISA=generic");
   print_moving(registry);
   print_apart(program, "worlds");
 }
