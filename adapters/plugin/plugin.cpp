@@ -26,7 +26,8 @@ namespace touchstone {
 namespace {
 
 /// Calls into a library. What it throws ends here, and the thread's floating point is as before. Returns what
-/// went wrong, a literal; nullptr where nothing did.
+/// went wrong, a literal; nullptr where nothing did. A library that ends the thread (pthread_exit) ends the
+/// process, as it would by going through this noexcept.
 template <class Call>
 const char* call_out(const Call& call) noexcept {
   const FloatingPointMode mode;
@@ -44,8 +45,12 @@ const char* call_out(const Call& call) noexcept {
 class Library {
  public:
   explicit Library(const std::filesystem::path& path) : path_(path.string()) {
+    // glibc lets nothing through that static initialisers throw: the process ends.
     call_out([&] { handle_ = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL); });
-    if (handle_ == nullptr) reject("plug-in " + path_, dlerror());
+    if (handle_ == nullptr) {
+      const char* const why = dlerror();
+      reject("plug-in " + path_, why == nullptr ? "cannot be loaded" : why);
+    }
     backend_ = static_cast<const touchstone_backend*>(dlsym(handle_, "touchstone_plugin"));
     const std::string wrong = what_is_wrong();
     if (wrong.empty()) return;

@@ -173,10 +173,13 @@ TEST(RudePlugins, WhatTheyThrowEndsAtTheInterface) {
 
 // Whatever is computed after them has the same bits, and traps nothing.
 TEST(RudePlugins, LeaveTheFloatingPointAsItWas) {
-  for (const char* how : {"rounding_at_load", "rounding", "flush", "trap"}) {
+  volatile long double long_one = 1.0L, long_three = 3.0L;  // x87 has a mode of its own
+  const long double long_third = long_one / long_three;
+  for (const char* how : {"rounding_at_load", "rounding", "flush", "trap", "precision"}) {
     EXPECT_EQ(RudePlugin(how).statuses(), std::vector<PairStatus>(3, PairStatus::separated));
     volatile double one = 1.0, three = 3.0, least = std::numeric_limits<double>::denorm_min();
     EXPECT_EQ(one / three, 0x1.5555555555555p-2) << how;
+    EXPECT_EQ(long_one / long_three, long_third) << how;
     EXPECT_EQ(std::fegetround(), FE_TONEAREST) << how;
     EXPECT_GT(least * one, 0.0) << how;
   }

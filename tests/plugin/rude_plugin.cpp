@@ -2,6 +2,7 @@
 // every pair apart by 1 m, which `rude_pair` turns into its own nonsense.
 #include <fenv.h>
 #include <locale.h>
+#include <pthread.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -48,6 +49,14 @@ void change_the_process() {
 #endif
   }
   if (is("trap")) feenableexcept(FE_INEXACT);
+  if (is("precision")) {
+#ifdef __SSE2__
+    unsigned short x87 = 0;
+    __asm__ volatile("fnstcw %0" : "=m"(x87));
+    x87 = static_cast<unsigned short>(x87 & ~0x300u);  // 24 bits
+    __asm__ volatile("fldcw %0" : : "m"(x87));
+#endif
+  }
   if (is("chdir") && chdir("/") != 0) abort();
   if (is("locale")) setlocale(LC_ALL, "de_DE.UTF-8");
   if (is("signals"))
@@ -60,6 +69,7 @@ void change_the_process() {
 void go_wrong() {
   if (is("throw")) throw std::runtime_error("thrown");
   if (is("throw_number")) throw 7;
+  if (is("end_thread")) pthread_exit(nullptr);
   if (is("print")) printf("a line that is none of the report's\n"), fflush(stdout);
   if (is("print_endlessly"))
     for (;;) fputs("and on and on\n", stderr);
@@ -124,6 +134,7 @@ void evaluate(const void*, void*, const touchstone_input* in, const touchstone_o
 
 __attribute__((constructor)) void load() {
   if (is("exit_at_load")) exit(0);
+  if (is("throw_at_load")) throw std::runtime_error("thrown");
   if (is("crash_at_load")) raise(SIGSEGV);
   if (is("rounding_at_load")) fesetround(FE_UPWARD);
 }
