@@ -4,6 +4,7 @@
 #include "touchstone/adapters/c_files/scene_parameters.hpp"
 #include "touchstone/adapters/c_files/touchstone_dynamics.h"
 #include "touchstone/adapters/c_interface/calls.hpp"
+#include "touchstone/adapters/c_interface/layout.hpp"
 #include "touchstone/adapters/scene_files/dynamics_file.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/physics/engine/engine_registry.hpp"
@@ -44,8 +45,7 @@ void write(const Vector3& v, double* to) { std::copy_n(v.data(), 3, to); }
 touchstone_object_state state_of(const DynamicsEngine& engine, std::size_t object) {
   touchstone_object_state state;
   const Pose X_WO = engine.object_pose(object);
-  static_assert(sizeof X_WO == sizeof state.X_WO);
-  std::memcpy(&state.X_WO, X_WO.R.data(), sizeof X_WO);
+  std::memcpy(&state.X_WO, &X_WO, sizeof X_WO);
   const Vector3 none = Vector3::Constant(kNaN);
   write(engine.velocity(object).value_or(none), state.v_W);
   write(engine.angular_velocity(object).value_or(none), state.w_W);

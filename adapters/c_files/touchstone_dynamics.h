@@ -85,7 +85,8 @@ touchstone_code touchstone_find_simulated_object(const touchstone_simulation* si
 /**
  * Takes the next step, with the file's actions that are due. Does not allocate, once warm, up to 128 contact
  * points.
- * @return TOUCHSTONE_FAILURE naming what failed: nothing moved.
+ * @return TOUCHSTONE_FAILURE naming what failed: time does not go on; actions due before the failure are
+ * carried out.
  */
 touchstone_code touchstone_step_simulation(touchstone_simulation* simulation, touchstone_step* out);
 /** Of the first `count` objects. @return TOUCHSTONE_BAD_INPUT for more than there are. */
@@ -109,7 +110,10 @@ touchstone_code touchstone_push_object(touchstone_simulation* simulation, size_t
 
 /** Saves the run between steps. */
 touchstone_code touchstone_save_run(const touchstone_simulation* simulation, touchstone_saved_run** out);
-/** Back to then, as often as wanted: the steps from there are the same to the bit. */
+/**
+ * Back to then, as often as wanted: the steps from there are the same to the bit. Pushes for the next step
+ * are forgotten.
+ */
 touchstone_code touchstone_restore_run(touchstone_simulation* simulation, const touchstone_saved_run* saved);
 /** Back to the start, as just loaded. */
 touchstone_code touchstone_reset_run(touchstone_simulation* simulation);
