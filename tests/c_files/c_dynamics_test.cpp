@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <cstring>
-#include <fstream>
 #include <string>
 #include <vector>
 
@@ -10,7 +9,6 @@
 #include "touchstone/adapters/scene_files/dynamics_file.hpp"
 #include "touchstone/contact_core/registry.hpp"
 #include "touchstone/physics/engine/engine_registry.hpp"
-#include "touchstone/tests/c_interface/owned_world.hpp"
 
 namespace touchstone {
 namespace {
@@ -149,43 +147,6 @@ TEST(Dynamics, WhatIsRefusedIsNamed) {
   EXPECT_EQ(touchstone_get_object_states(run.get(), more.data(), more.size()), TOUCHSTONE_BAD_INPUT);
   touchstone_destroy_simulation(nullptr);
   touchstone_destroy_saved_run(nullptr);
-}
-
-// Coarser hexahedra come with the file, and are looked at: what does not hold the finer ones is refused.
-TEST(Scenes, LevelsComeWithTheFile) {
-  const std::string path = testing::TempDir() + "/levels_in_c.yaml";
-  touchstone_world* made = nullptr;
-  const auto load = [&](const std::string& size) {
-    std::ofstream(path) << R"(name: levels
-units: {length: m, angle: deg}
-frame_rate: 10
-contact_gap: 1.0e-9
-duration: 1
-policy: advance
-objects:
-  - name: block
-    hexahedra: [{name: a, box: {size: [1, 1, 1]}}, {name: b, box: {size: [0.5, 0.5, 0.5]}}]
-    levels: [[{name: all, box: {size: )"
-                        << size << R"(}}]]
-    pose: {position: [-3, 0, 0]}
-    motion: {segments: [{velocity: [5, 0, 0]}]}
-  - name: wall
-    hexahedra: [{name: wall, box: {size: [1, 9, 9]}}]
-)";
-    return touchstone_load_scene("native", path.c_str(), nullptr, 0, &made);
-  };
-  ASSERT_EQ(load("[0.9, 2, 2]"), TOUCHSTONE_BAD_INPUT);
-  EXPECT_THAT(touchstone_error(), HasSubstr("block"));
-  ASSERT_EQ(load("[2, 2, 2]"), TOUCHSTONE_OK) << touchstone_error();
-  const OwnedWorld world(made);
-  touchstone_report report{};
-  for (int frame = 0; frame < 9; ++frame)
-    ASSERT_EQ(touchstone_step_scene(world.get(), &report), TOUCHSTONE_OK);
-  touchstone_object block = 0;
-  touchstone_pose pose{};
-  ASSERT_EQ(touchstone_find_object(world.get(), "block", &block), TOUCHSTONE_OK);
-  ASSERT_EQ(touchstone_get_poses(world.get(), &block, 1, &pose), TOUCHSTONE_OK);
-  EXPECT_NEAR(pose.p[0], -1.0, 1e-6);  // its faces touch the wall's, but for the gap
 }
 
 }  // namespace
