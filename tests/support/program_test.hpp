@@ -58,14 +58,21 @@ class ProgramTest : public FolderTest {
     return outcome;
   }
 
-  /// The run ends with exit code 2 and one line of error, which has these texts.
+  /// The run ends with exit code 2 and one line of error, which has these texts; one that names the program,
+  /// "compare_backends: ", begins the line.
   void expect_refusal(const std::string& arguments, std::initializer_list<std::string> texts) const {
     const Outcome outcome = run(arguments);
     EXPECT_EQ(outcome.code, 2) << arguments;
     EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1)
         << arguments << ": " << outcome.err;
-    for (const std::string& text : texts)
-      EXPECT_NE(outcome.err.find(text), std::string::npos) << arguments << ": " << outcome.err;
+    const std::string name = std::filesystem::path(program_).filename().string() + ": ";
+    for (const std::string& text : texts) {
+      const std::size_t at = outcome.err.find(text);
+      EXPECT_NE(at, std::string::npos) << arguments << ": " << outcome.err;
+      if (text.compare(0, name.size(), name) == 0) {
+        EXPECT_EQ(at, 0u) << arguments << ": " << outcome.err;
+      }
+    }
   }
 
   /// The outcome of a run that is sent a signal after a while, and how long it took from then on to the end
