@@ -42,7 +42,7 @@ struct SceneTrade {
   double allowed = 0;       ///< --max-error or the scene's gap [m]
   std::size_t frames = 0;   ///< judged
   bool all_frames = false;  ///< the scene has no other
-  /// The pairs among these that follow each other around the first contact, or around the least clearance.
+  /// Frames among these that follow each other around the first contact, or around the least clearance.
   std::size_t frames_near = 0;
   std::size_t models = 0;            ///< of the scene, each with hexahedra of its own
   std::size_t class_frames = 0;      ///< of `frames`, those in which two models differ in exact class

@@ -90,7 +90,7 @@ std::string bytes_at(const std::string& path, std::size_t begin, std::size_t siz
   return bytes;
 }
 
-/// The length of an entry of the head's sets, as the shard states it.
+/// Reads the answers of an entry of the head's sets; refuses those to other cases than the shard has.
 SetAnswers read_set(const std::string& path, const Json& head, Shard shard, const Json& set,
                     std::string bytes) {
   const auto name = set.at("name").get<std::string>();
