@@ -1,6 +1,8 @@
 #include "touchstone/adapters/python/arrays.hpp"
 
 #include <algorithm>
+#include <cstdint>
+#include <utility>
 
 #include "touchstone/contact_core/input_error.hpp"
 
@@ -19,6 +21,12 @@ bool has_shape(const py::array& array, std::initializer_list<py::ssize_t> shape)
                     [](py::ssize_t wanted, py::ssize_t is) { return wanted < 0 || wanted == is; });
 }
 
+/// The same doubles where C++ may read them: NumPy's may begin at any byte.
+Doubles aligned(Doubles array) {
+  if (reinterpret_cast<std::uintptr_t>(array.data()) % alignof(double) == 0) return array;
+  return Doubles(array.attr("copy")());
+}
+
 }  // namespace
 
 Doubles doubles(const py::handle& from, const char* name, std::initializer_list<py::ssize_t> shape,
@@ -26,7 +34,7 @@ Doubles doubles(const py::handle& from, const char* name, std::initializer_list<
   if (py::isinstance<Doubles>(from)) {  // as it is: two looks through NumPy less
     auto as_is = py::reinterpret_borrow<Doubles>(from);
     if (!has_shape(as_is, shape)) reject(name, "shape is " + shape_text(as_is) + ", must be " + letters);
-    return as_is;
+    return aligned(std::move(as_is));
   }
   const auto given = py::array::ensure(from);
   if (!given) throw py::type_error(std::string(name) + ": no array of numbers");
@@ -37,7 +45,7 @@ Doubles doubles(const py::handle& from, const char* name, std::initializer_list<
   if (!has_shape(given, shape)) reject(name, "shape is " + shape_text(given) + ", must be " + letters);
   auto made = Doubles::ensure(given);
   if (!made) throw py::error_already_set();
-  return made;
+  return aligned(std::move(made));
 }
 
 std::vector<double> numbers(const py::handle& from, const char* name) {

@@ -22,7 +22,7 @@ namespace py = pybind11;
 /// Doubles without gaps, row by row.
 using Doubles = py::array_t<double, py::array::c_style>;
 
-/// Takes integers and floats of any size, order and stride; doubles without gaps are not copied.
+/// Takes integers and floats of any size, order and stride; aligned doubles without gaps are not copied.
 /// @param shape -1: any length. @param letters for the error: "(n, 4, 4)".
 Doubles doubles(const py::handle& from, const char* name, std::initializer_list<py::ssize_t> shape,
                 const char* letters);

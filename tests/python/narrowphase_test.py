@@ -27,6 +27,11 @@ def fields_bytes(rows):
     return [np.ascontiguousarray(rows[name]).tobytes() for name in rows.dtype.names]
 
 
+def unaligned(array):
+    """The same, a byte after where its elements may begin for C++."""
+    return np.frombuffer(b"x" + array.tobytes(), array.dtype, offset=1).reshape(array.shape)
+
+
 def random_rotations(random, count):
     q = random.normal(size=(count, 4))
     w, x, y, z = (q / np.linalg.norm(q, axis=1)[:, None]).T
@@ -141,9 +146,8 @@ class Conversions(unittest.TestCase):
     def test_matrices_in_any_layout(self):
         wide = np.zeros((2 * self.n, 4, 8))
         wide[::2, :, ::2] = self.matrices
-        unaligned = np.frombuffer(b"x" + self.matrices.tobytes(), np.float64, offset=1).reshape(self.matrices.shape)
         for layout in (self.matrices, np.asfortranarray(self.matrices), wide[::2, :, ::2],
-                       self.matrices.astype(">f8"), self.matrices.tolist(), unaligned):
+                       self.matrices.astype(">f8"), self.matrices.tolist(), unaligned(self.matrices)):
             self.assertEqual(self.geometry(layout, self.pairs), self.expected)
             self.assertEqual(self.geometry(touchstone.Poses(layout), self.pairs), self.expected)
 
@@ -153,8 +157,11 @@ class Conversions(unittest.TestCase):
         np.testing.assert_array_equal(poses[7], self.matrices[7])
 
     def test_quaternions_are_the_rotations_that_they_stand_for(self):
-        poses = touchstone.Poses(self.matrices[:, :3, 3], 3.0 * self.q)
+        positions, quaternions = self.matrices[:, :3, 3].copy(), 3.0 * self.q
+        poses = touchstone.Poses(positions, quaternions)
         np.testing.assert_allclose(poses.matrices(), self.matrices, atol=1e-15)
+        other = touchstone.Poses(unaligned(positions), unaligned(quaternions))
+        self.assertEqual(other.matrices().tobytes(), poses.matrices().tobytes())
 
     def test_quaternions_of_many_have_the_bits_of_one(self):
         """Many are converted side by side, those that are odd one by one."""
@@ -190,9 +197,9 @@ class Conversions(unittest.TestCase):
     def test_pairs_in_any_layout(self):
         wide = np.zeros((200, 5), np.int32)
         wide[:, ::3] = self.pairs
-        unaligned = np.frombuffer(b"x" + self.pairs.astype(np.uint32).tobytes(), np.uint8)[1:].view(np.uint32)
         for layout in (self.pairs.astype(np.int64), self.pairs.astype(np.uint8), self.pairs.astype(">u4"),
-                       np.asfortranarray(self.pairs), wide[:, ::3], self.pairs.tolist(), unaligned.reshape(-1, 2)):
+                       np.asfortranarray(self.pairs), wide[:, ::3], self.pairs.tolist(),
+                       unaligned(self.pairs.astype(np.uint32))):
             self.assertEqual(self.geometry(self.matrices, layout), self.expected)
 
     def test_a_part_of_the_poses_is_updated(self):
