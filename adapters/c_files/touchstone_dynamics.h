@@ -86,7 +86,7 @@ touchstone_code touchstone_find_simulated_object(const touchstone_simulation* si
  * Takes the next step, with the file's actions that are due. Does not allocate, once warm, up to 128 contact
  * points.
  * @return TOUCHSTONE_FAILURE naming what failed: time does not go on; actions due before the failure are
- * carried out.
+ * carried out, and pushes stay for the next step.
  */
 touchstone_code touchstone_step_simulation(touchstone_simulation* simulation, touchstone_step* out);
 /** Of the first `count` objects. @return TOUCHSTONE_BAD_INPUT for more than there are. */

@@ -99,6 +99,11 @@ TEST(Dynamics, ASavedRunGoesOnToTheSameBits) {
   step(run, 50);
   const std::vector<touchstone_object_state> end = states(run);
   EXPECT_FALSE(same_bits(end, start));
+  // A push for the next step is forgotten.
+  const double force_W[3] = {0, 1000, 0}, p_W[3] = {0, 0, 0};
+  std::size_t oru = 0;
+  ASSERT_EQ(touchstone_find_simulated_object(run.get(), "oru", &oru), TOUCHSTONE_OK);
+  ASSERT_EQ(touchstone_push_object(run.get(), oru, force_W, p_W, nullptr), TOUCHSTONE_OK);
   ASSERT_EQ(touchstone_restore_run(run.get(), saved.get()), TOUCHSTONE_OK);
   EXPECT_EQ(step(run, 50).steps, 100u);
   EXPECT_TRUE(same_bits(states(run), end));
@@ -107,6 +112,24 @@ TEST(Dynamics, ASavedRunGoesOnToTheSameBits) {
   // Only its own.
   const OwnedRun other = loaded("08_arm_pushes.yaml");
   EXPECT_EQ(touchstone_restore_run(other.get(), saved.get()), TOUCHSTONE_BAD_INPUT);
+}
+
+TEST(Dynamics, AStepThatFailsTakesNoTimeAndIsNamed) {
+  const OwnedRun run = loaded("08_arm_pushes.yaml");
+  const std::vector<touchstone_object_state> start = states(run);
+  const double force_W[3] = {0, 1.7e308, 0}, p_W[3] = {0, 0, 0};
+  std::size_t oru = 0;
+  ASSERT_EQ(touchstone_find_simulated_object(run.get(), "oru", &oru), TOUCHSTONE_OK);
+  for (int twice = 0; twice < 2; ++twice)  // which is infinite
+    ASSERT_EQ(touchstone_push_object(run.get(), oru, force_W, p_W, nullptr), TOUCHSTONE_OK);
+  touchstone_step taken{};
+  for (int turn = 0; turn < 2; ++turn) {  // pushes stay
+    EXPECT_EQ(touchstone_step_simulation(run.get(), &taken), TOUCHSTONE_FAILURE);
+    EXPECT_THAT(touchstone_error(), HasSubstr("oru"));
+    EXPECT_TRUE(same_bits(states(run), start));
+  }
+  ASSERT_EQ(touchstone_reset_run(run.get()), TOUCHSTONE_OK);
+  EXPECT_EQ(step(run).steps, 1u);
 }
 
 // A brake of 2332 N m holds until the push asks for more: what it holds is what is asked.
