@@ -74,7 +74,7 @@ class MeshDistance {
   /// behind the second; and both at once only where they overlap in one plane. So it is enough that the
   /// winding number is larger at one point than the number of groups of triangles that meet the tetrahedron,
   /// show that point their back, and of which the segment meets one at most.
-  /// @param near that has the number sooner known
+  /// @param near a known point, from which the number is found faster
   bool is_solid(const std::array<Vector3, 4>& tetrahedron, const Known& near) const;
   bool is_solid(const std::array<Vector3, 4>& tetrahedron) const {
     const Vector3& p = tetrahedron[0];

@@ -107,6 +107,7 @@ struct AllowedSpace::Query {
     const Vector3& n = solid.planes[face].normal;
     const double base = solid.planes[face].signed_distance(middle), beyond = at - dot(wall, middle);
     double height = base - dot(sizes[face], size);
+    // What is below only raises the height: a face that shifts meets nothing of the box before `best`.
     if (!turns && height >= best) return height;
     for (int axis = 0; axis < 3; ++axis) {
       if (!(n(axis) * wall(axis) > 0.0)) continue;

@@ -44,8 +44,8 @@ class PairWatch {
 
   /// @pre a < b; the two are not watched yet. @returns its index.
   std::uint32_t add(const WatchedPair& pair);
-  /// The same of a pair with a solid of an arm. @param moving the one whose travel alone counts, as that of
-  /// the other is 0; kNoIndex: of two links, or both may move.
+  /// The same, of a pair in which one solid or both are links of arms. @param moving the link, where the
+  /// other solid is no link and has not moved: its travel is 0. kNoIndex: both are links, or both have moved.
   std::uint32_t add_of_arm(const WatchedPair& pair, SolidIndex moving);
   /// The solid, of no arm, begins to move: in its pairs with arms both may from now on.
   void note_moves(SolidIndex solid);
@@ -73,9 +73,10 @@ class PairWatch {
   }
 
   /// Calls visit(index) for each pair of an arm that has gone further than it is clear, in no order. An arm
-  /// has many pairs, of which few do: those of one solid with what stands still, and those of two links, have
-  /// gone equally far, and are looked at together. visit() may raise `clear_until`, and adds and removes
-  /// none.
+  /// has many pairs, of which few do: those of one solid with what has never moved, and those of two links,
+  /// have gone equally far, and are looked at together. Those with solids that note_moves() was called for
+  /// are looked at one by one from then on, even where these rest again. visit() may raise `clear_until`, and
+  /// adds and removes none.
   /// @param gone gone(pair): how far it has, or may have; the same of pairs that travel alike.
   template <class Gone, class Visit>
   void for_each_of_arms_beyond(Gone gone, Visit visit) {
