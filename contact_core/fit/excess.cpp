@@ -59,7 +59,8 @@ class ExcessSearch {
     if (middle.is_inside() && nearest.distance >= radius * (1.0 + 1e-12)) return;
     if (!middle.is_inside()) note(centre, nearest.distance);
     // Each corner tightens the bound by its nearest triangle.
-    std::array<Vector3, 4> held{};  // of the solid: the corners inside, and what is nearest to the others
+    // Each corner's place in the solid: its own where it is inside, else the nearest point of the surface.
+    std::array<Vector3, 4> held{};
     double moved = 0.0;
     const Corner* deepest =
         &middle;  // or farthest out: the ball about it that no surface meets is the largest
@@ -115,7 +116,8 @@ class ExcessSearch {
   }
 
  private:
-  // Where the surface does not part p from a known corner that is as there; else what is between both tells.
+  // A known corner has p's winding number where no surface is between both: p is nearer to it than the
+  // surface is to either. Else the triangles that are between tell by how much the two numbers differ.
   int winding_near(const Corner& p, std::span<const Corner> corners) const {
     const Corner* farthest = nullptr;  // from the surface
     for (const Corner& known : corners) {
@@ -172,10 +174,6 @@ class ExcessSearch {
   double settled_ = 0.0;
 };
 
-}  // namespace
-
-namespace {
-
 // Fills the hull with pieces. @return what distances, midpoints and bends are off by: a few roundings of the
 // largest coordinate
 double fill(ExcessSearch& search, const MeshDistance& mesh, const std::array<Vector3, 8>& vertices) {
@@ -225,6 +223,14 @@ ExcessBound bound_excess(const MeshDistance& mesh, const std::array<Vector3, 8>&
   divide_worst(search, resolution, enough, most_pieces);
   search.result.most += rounding;
   return search.result;
+}
+
+ExcessBound judge_excess(const MeshDistance& mesh, const std::array<Vector3, 8>& vertices, double limit,
+                         double resolution, const Bounds* box, std::size_t most_pieces) {
+  ExcessBound bound = bound_excess(mesh, vertices, resolution, limit, box, most_pieces);
+  const bool is_open = bound.least <= limit && bound.most > limit;
+  if (is_open && !find_beyond(mesh, vertices, limit, resolution, box, most_pieces)) bound.most = limit;
+  return bound;
 }
 
 std::optional<Vector3> find_beyond(const MeshDistance& mesh, const std::array<Vector3, 8>& vertices,

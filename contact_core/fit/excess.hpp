@@ -32,11 +32,18 @@ struct ExcessBound {
 ExcessBound bound_excess(const MeshDistance& mesh, const std::array<Vector3, 8>& vertices, double resolution,
                          double enough = 0.0, const Bounds* box = nullptr, std::size_t most_pieces = 200000);
 
-/// Nothing where no point of the hull is farther than a limit; else one that is, or that may be as far as the
-/// resolution or the pieces tell. The sooner known the farther below the limit the solid's parts are.
+/// Returns nothing where no point of the hull is farther than the limit; else the farthest point found, which
+/// may be nearer where resolution or pieces ran out. Takes the less time the farther below the limit all
+/// points are.
 /// @param limit, resolution [m]; > 0
 std::optional<Vector3> find_beyond(const MeshDistance& mesh, const std::array<Vector3, 8>& vertices,
                                    double limit, double resolution, const Bounds* box = nullptr,
                                    std::size_t most_pieces = 200000);
+
+/// bound_excess() to tell whether a limit is kept: where find_beyond() proves it, `most` is at most the
+/// limit, even if bounds of this resolution leave it open.
+/// @param limit, resolution [m]; > 0
+ExcessBound judge_excess(const MeshDistance& mesh, const std::array<Vector3, 8>& vertices, double limit,
+                         double resolution, const Bounds* box = nullptr, std::size_t most_pieces = 200000);
 
 }  // namespace touchstone

@@ -8,6 +8,7 @@
 
 #include "touchstone/contact_core/fit/excess.hpp"
 #include "touchstone/contact_core/fit/meshes/main_axes.hpp"
+#include "touchstone/contact_core/fit/search/accepted_solids.hpp"
 #include "touchstone/contact_core/fit/search/cover_search.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/pose.hpp"
@@ -16,6 +17,7 @@
 namespace touchstone {
 namespace {
 
+using fit::AcceptedSolids;
 using fit::AllowedSpace;
 using fit::Cells;
 using fit::CoverSearch;
@@ -80,19 +82,24 @@ struct View {
 class Measures {
  public:
   Measures(const View& view, const FitOptions& options, std::span<const Prism> prisms)
-      : view_(view), mesh_(view.mesh), options_(options), prisms_(prisms) {}
+      : view_(view),
+        mesh_(view.mesh),
+        options_(options),
+        prisms_(prisms),
+        accepted_(view.turned.largest_coordinate()) {}
 
   /// A point that does not keep to it, or that may not, as the search has it.
   std::optional<Vector3> refused(const SixPlanes& solid) {
     const std::array<Vector3, 8> vertices = view_.corners(solid);
     if (about_prism(solid) <= least_over(vertices)) return std::nullopt;
-    if (is_in_accepted(solid)) return std::nullopt;
-    const auto known = std::find_if(verdicts_.begin(), verdicts_.end(),
-                                    [&](const auto& each) { return each.first == vertices; });
-    const std::optional<Vector3>& point =
-        known != verdicts_.end() ? known->second : verdicts_.emplace_back(vertices, beyond(vertices)).second;
-    if (!point) accepted_.push_back(solid);
-    return point ? std::optional<Vector3>(view_.there(*point)) : std::nullopt;
+    if (accepted_.holds(solid)) return std::nullopt;
+    auto known = std::find_if(verdicts_.begin(), verdicts_.end(),
+                              [&](const auto& each) { return each.first == vertices; });
+    if (known == verdicts_.end()) {
+      known = verdicts_.emplace(verdicts_.end(), vertices, beyond(vertices));
+      if (!known->second) accepted_.add(solid);
+    }
+    return known->second ? std::optional<Vector3>(view_.there(*known->second)) : std::nullopt;
   }
 
   Fit fit(const std::vector<SixPlanes>& solids) const {
@@ -129,15 +136,6 @@ class Measures {
     for (const Prism& prism : prisms_)
       if (touches(corners, prism.box)) least = std::min(least, prism.bound(corners));
     return least;
-  }
-
-  // What is within a hexahedron that keeps to what is asked keeps to it: rounds of a search shrink them.
-  bool is_in_accepted(const SixPlanes& solid) const {
-    const std::array<Vector3, 8> corners = solid.corners();
-    return std::any_of(accepted_.begin(), accepted_.end(), [&](const SixPlanes& other) {
-      return std::all_of(corners.begin(), corners.end(),
-                         [&](const Vector3& p) { return other.above(p) <= 0.0; });
-    });
   }
 
   static bool touches(const std::array<Vector3, 8>& vertices, const Bounds& box) {
@@ -203,7 +201,7 @@ class Measures {
         least = each.bound.least;
       }
       if (each.bound.most > over && each.bound.least < over)  // closer, to tell
-        each.bound = bound_excess(mesh_, each.vertices, over / kClosest, over, box);
+        each.bound = judge_excess(mesh_, each.vertices, over, over / kClosest, box);
       ticks.next();
     }
   }
@@ -217,7 +215,7 @@ class Measures {
   const FitOptions& options_;
   std::span<const Prism> prisms_;
   std::deque<std::pair<std::array<Vector3, 8>, std::optional<Vector3>>> verdicts_;
-  std::vector<SixPlanes> accepted_;
+  AcceptedSolids accepted_;
 };
 
 bool keeps_to(const Fit& fit, const FitOptions& options) {

@@ -7,6 +7,7 @@
 #include "touchstone/contact_core/fit/parts/prisms.hpp"
 #include "touchstone/contact_core/fit/parts/sectors.hpp"
 #include "touchstone/contact_core/fit/round_parts.hpp"
+#include "touchstone/contact_core/fit/search/accepted_solids.hpp"
 #include "touchstone/contact_core/fit/search/cells.hpp"
 #include "touchstone/contact_core/fit/search/pool.hpp"
 #include "touchstone/contact_core/fit/search/set_cover.hpp"
@@ -461,6 +462,56 @@ TEST(Prisms, MayBeTaperedUpToATipAndLean) {
   for (Vector3& p : dented.vertices)
     if (norm(p - Vector3(0, 0, 0.12)) < 1e-9) p.z() = 0.1;
   EXPECT_EQ(narrows(dented), -1.0);
+}
+
+// Boxes that reach out of a cone by a little less than what is asked.
+TEST(Excess, WhatFindBeyondAcceptsIsJudgedToKeepToTheLimit) {
+  const MeshDistance cone(weld(leaning(cone_mesh(0.08, 0.03, 0.12, 32))));
+  test::RandomShells random(11);
+  int left_open = 0;  // by a bound of the same resolution
+  for (int i = 0; i < 60; ++i) {
+    const Vector3 low = random.within(cone.bounds().low, cone.bounds().high),
+                  size = random.within(Vector3::Constant(0.01), Vector3::Constant(0.1));
+    const std::array<Vector3, 8> box = box_vertices(low, low + size);
+    const double excess = bound_excess(cone, box, 1e-5).most;
+    for (const double more : {1e-6, 1e-5, 3e-5}) {
+      const double limit = excess + more, resolution = limit / 512.0;
+      if (find_beyond(cone, box, limit, resolution)) continue;
+      left_open += bound_excess(cone, box, resolution, limit).most > limit ? 1 : 0;
+      const ExcessBound judged = judge_excess(cone, box, limit, resolution);
+      EXPECT_LE(judged.most, limit) << i;
+      EXPECT_LE(judged.least, judged.most) << i;
+    }
+  }
+  EXPECT_GT(left_open, 0);
+}
+
+TEST(AcceptedSolids, HoldWhatIsWithinThemThoughItsCornersAreRounded) {
+  test::RandomShells random(12);
+  int solids = 0, held_exactly = 0;
+  while (solids < 200) {
+    // Six slanted planes about a point.
+    const Vector3 middle = random.within(Vector3::Constant(-3.0), Vector3::Constant(3.0));
+    fit::SixPlanes solid;
+    for (int f = 0; f < 6; ++f) {
+      Vector3 normal = random.within(Vector3::Constant(-0.3), Vector3::Constant(0.3));
+      normal(f / 2) += f % 2 == 0 ? -1.0 : 1.0;
+      normal /= norm(normal);
+      solid.planes[f] = {normal, -dot(normal, middle) - 0.5};
+    }
+    if (!solid.is_hexahedron()) continue;
+    // One plane further in, and one further out.
+    fit::SixPlanes smaller = solid, larger = solid;
+    smaller.planes[solids % 6].offset += 0.1;
+    larger.planes[solids % 6].offset -= 1e-9;
+    fit::AcceptedSolids accepted(4.0), exactly(0.0);
+    accepted.add(solid), exactly.add(solid);
+    EXPECT_TRUE(accepted.holds(solid) && accepted.holds(smaller)) << solids;
+    EXPECT_FALSE(accepted.holds(larger)) << solids;
+    held_exactly += exactly.holds(smaller) ? 1 : 0;
+    ++solids;
+  }
+  EXPECT_LT(held_exactly, solids / 2);  // what the margin is for
 }
 
 // Eight slabs go around 32 facets within a millimetre of a circle of 80. Before it took minutes.
