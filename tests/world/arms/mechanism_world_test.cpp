@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
@@ -91,6 +92,35 @@ TEST(MechanismWorld, CueLetsItThroughAndReports) {
   ASSERT_EQ(kinds(report), (std::vector{EventKind::began, EventKind::began}));
   EXPECT_NEAR(report.events[0].s, contact_angle(2, 0.5) / 0.3, 1e-8);
   EXPECT_NEAR(report.events[1].s, contact_angle(4, 0.5) / 0.3, 1e-8);
+}
+
+// The box comes nearer while the arm rests, by less than it may before it is looked at; then the arm turns,
+// by less than that, too. Its pairs with the wall, which never moves, say nothing about the box.
+TEST(MechanismWorld, MeetsABoxThatCameNearerWhileItRested) {
+  for (const bool box_first : {false, true}) {
+    const auto world = make_world();
+    world->set_default_rule(rule(ContactPolicy::cue));
+    const MechanismHandle arm = world->add_mechanism({make_arm("arm", 1)});
+    ObjectHandle box;
+    const auto add_box = [&] { box = world->add({box_tree("box", {2, 2, 2}), at(1, 1.35, 0)}); };
+    if (box_first) add_box();
+    world->add({box_tree("wall", {2, 1, 2}), at(1, -0.7, 0), true});
+    if (!box_first) add_box();
+    // Beside so many objects the pairs of one that moves are found by themselves.
+    for (int i = 0; i < 12; ++i)
+      world->add({box_tree("far" + std::to_string(i), {1, 1, 1}), at(100 + 10 * i, 0, 0), true});
+    world->frame({});
+    EXPECT_TRUE(world->frame(std::array{world->move_by(box, {0, -0.2, 0}, {0, 0, 0})}).events.empty());
+    for (int i = 0; i < 2; ++i) EXPECT_TRUE(world->frame({}).events.empty());
+    // The box is 0.05 m above the bar, whose end rises by 0.06 m.
+    EXPECT_EQ(kinds(move_joints(*world, arm, {0.03})), std::vector{EventKind::began}) << box_first;
+    EXPECT_EQ(kinds(world->frame(std::array{world->move_by(box, {0, 0.2, 0}, {0, 0, 0})})),
+              std::vector{EventKind::ended})
+        << box_first;
+    EXPECT_EQ(kinds(world->frame(std::array{world->move_by(box, {0, -0.2, 0}, {0, 0, 0})})),
+              std::vector{EventKind::began})
+        << box_first;
+  }
 }
 
 // Bars 1 and 3 of an arm that folds: a triangle of sides 2, 2 closes when bar 3 turns onto bar 1.

@@ -79,13 +79,19 @@ TEST(PairWatch, FindsPairsOfArmsThatWentFurtherThanTheyAreClear) {
           watch.add_of_arm({a, b, link_pair, kNotKnown}, a < kMoving && !moved.contains(b) ? a : kNoIndex));
     for (double& travelled : gone) travelled += 0.01 * random.below(100) / 100.0;
     if (frame % 1000 == 999) moved.insert(20 + frame / 100), watch.note_moves(20 + frame / 100);
+    const auto raise = [&](std::uint32_t index) {
+      watch[index].clear_until = gone_of(watch[index]) + 1.0 + random.below(100) / 100.0;
+    };
+    // Every second frame raises what it visits at once, the others afterwards.
     std::set<std::uint32_t> visited;
-    watch.for_each_of_arms_beyond(gone_of,
-                                  [&](std::uint32_t index) { EXPECT_TRUE(visited.insert(index).second); });
+    watch.for_each_of_arms_beyond(gone_of, [&](std::uint32_t index) {
+      EXPECT_TRUE(visited.insert(index).second);
+      if (frame % 2 == 1) raise(index);
+    });
     for (const std::uint32_t index : group) {
       if (gone_of(watch[index]) <= watch[index].clear_until) continue;
       EXPECT_TRUE(visited.contains(index));
-      watch[index].clear_until = gone_of(watch[index]) + 1.0 + random.below(100) / 100.0;
+      raise(index);
     }
     for (const std::uint32_t index : visited) EXPECT_TRUE(group.contains(index));
     visits += visited.size(), here += group.size();
