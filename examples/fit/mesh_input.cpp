@@ -1,6 +1,7 @@
 #include "touchstone/examples/fit/mesh_input.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "touchstone/contact_core/fit/stl_file.hpp"
 #include "touchstone/contact_core/input_error.hpp"
@@ -35,7 +36,10 @@ ReadMesh read_mesh(const std::filesystem::path& file, const MeshInput& input) {
   out.metres_per_unit = states_unit ? 1.0 : *input.metres_per_unit;
   const bool is_plain_stl = extension_of(file) == ".stl" && input.up == UpAxis::as_written;
   if (is_plain_stl) out.mesh = read_stl(file.string(), out.metres_per_unit);
-  LoadedMesh loaded = load_mesh(file, {input.metres_per_unit, input.up, input.expected_size});
+  MeshFileOptions options = {input.metres_per_unit, input.up, input.expected_size};
+  // An STL file's own mesh may be sheets of any number; that load_mesh() reads it, too, is for the report.
+  if (is_plain_stl) options.most_triangles = options.most_shells = std::numeric_limits<std::size_t>::max();
+  LoadedMesh loaded = load_mesh(file, options);
   const bool is_whole = loaded.report.bounds_a_solid();
   // Triangles without an area close seams, or hang on a solid that is closed without them.
   const bool hang = is_plain_stl && is_whole && find_shells(weld(out.mesh)).open_edges > 0;

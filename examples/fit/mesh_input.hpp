@@ -29,7 +29,8 @@ struct ReadMesh {
 };
 
 /// Triangles without an area are left out and noted; of an STL file they are kept unless the others bound a
-/// solid that they leave open.
+/// solid that they leave open. An STL file with axes as written is read twice, and has as many triangles and
+/// shells as it likes.
 /// @throws InputError as load_mesh(), and for a unit that is missing.
 ReadMesh read_mesh(const std::filesystem::path& file, const MeshInput& input);
 

@@ -1,3 +1,5 @@
+#include <array>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 
@@ -6,6 +8,7 @@
 #endif
 #include "touchstone/examples/fit/cover_scene.hpp"
 #include "touchstone/examples/fit/fit_run.hpp"
+#include "touchstone/examples/fit/mesh_input.hpp"
 #include "touchstone/examples/fit/samples.hpp"
 #include "touchstone/tests/fit/meshes.hpp"
 #include "touchstone/tests/support/program_test.hpp"
@@ -327,6 +330,24 @@ TEST_F(OtherFormats, TrianglesWithoutAnAreaLeaveNoSolidOpen) {
   EXPECT_THAT(run.note, HasSubstr("3 without an area left out, the first at triangle 12"));
   EXPECT_THAT(refusal_of([&] { fit(write("fan.stl", "solid a\n" + fan + "endsolid a\n"), {1.0}); }),
               HasSubstr("fan.stl: none of its triangles has an area"));
+}
+
+// Meshes that are refused for so many shells are taken as sheets where they are STL.
+TEST_F(OtherFormats, AnStlFileHasAnyNumberOfShells) {
+  constexpr std::uint32_t kTriangles = 100'001;
+  std::string bytes(80, '\0');
+  const auto put = [&](const auto& value) {
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+  };
+  put(kTriangles);
+  for (std::uint32_t i = 0; i < kTriangles; ++i) {
+    const float x = 2.0F * static_cast<float>(i);
+    put(std::array<float, 12>{0, 0, 0, x, 0, 0, x + 1.0F, 0, 0, x, 1, 0});
+    put(std::uint16_t{0});
+  }
+  const ReadMesh read = read_mesh(write("sheets.stl", bytes), {1.0});
+  EXPECT_EQ(read.mesh.triangles.size(), kTriangles);
+  EXPECT_THAT(read.note, HasSubstr("100001 triangles, 100001 shells"));
 }
 
 TEST_F(OtherFormats, UnitsAreAskedForAndWrongOnesRefused) {
