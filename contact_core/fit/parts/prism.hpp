@@ -34,8 +34,7 @@ struct Prism {
   Bounds box;
   double over;                                ///< the least that is asked of a point of it [m]
   double room;                                ///< its surface is within this of what stands here [m]
-  double thickness = 0.0;                     ///< of its section and along the axis, the least [m]; of stairs
-                                              ///< that of the section alone: the next one goes on from it
+  double thickness = 0.0;                     ///< of its section and along the axis, the least [m]
   std::vector<std::uint32_t> triangles;       ///< of its shell
   std::vector<Polygon> surface;               ///< what of the shell bounds it
   std::shared_ptr<const MeshDistance> shell;  ///< of a tapered one, alone

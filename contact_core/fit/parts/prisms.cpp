@@ -372,7 +372,7 @@ Prism stair_of(const Prism& tapered, std::size_t index, std::size_t count) {
   stair.leans = {0.0, 0.0};
   stair.borders.clear();
   choose_up(stair, stair.room);
-  stair.thickness = thickness(stair.section);
+  stair.thickness = std::min(thickness(stair.section), stair.high - stair.low);
   // Nothing is cut off the ends of the first and the last one.
   if (index > 0) stair.surface = parts_of(stair.surface, {stair.axis, -stair.low}, 1.0);
   if (index + 1 < count) stair.surface = parts_of(stair.surface, {stair.axis, -stair.high}, -1.0);
