@@ -306,6 +306,9 @@ TOUCHSTONE_INLINE LaneDistances<Pack> distance_lanes(const Zonotope<Pack>& W, co
 
   // The point v of that facet nearest the origin.
   const Facet<Pack> facet = facet_of<accurate>(W, choice, out.fits);
+  // The depth's search names a thin one where no other axis separates.
+  if (!accurate)
+    out.fits &= facet.n_square > all<Pack>(kThinSquare) * (dot(facet.g1, facet.g1) * dot(facet.g2, facet.g2));
   Pack s1, s2;
   nearest_on_parallelogram<accurate>(facet.c, facet.g1, facet.g2, facet.n, facet.n_square, facet.orientation,
                                      s1, s2);

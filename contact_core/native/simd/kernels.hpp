@@ -101,8 +101,10 @@ struct alignas(64) DepthRecord {
   double p_A[3];  ///< in the world
   Certified certified;
   DepthKnown known;
-  /// Of boxes and parallelepipeds certified as separated: where they are furthest apart. 0-2: along A's face
-  /// normals, 3-5: B's, 6 + 3 i + j: across edge i of A and j of B.
+  /// Of boxes and parallelepipeds certified as separated: where they are furthest apart, of the axes whose
+  /// edges meet at a sine above 2^-10. If none of these separates them it may be any, a thinner one too; and
+  /// it tells nothing where contacts alone were asked for. 0-2: along A's face normals, 3-5: B's, 6 + 3 i +
+  /// j: across edge i of A and j of B.
   std::uint8_t axis;
 };
 

@@ -2,6 +2,7 @@
 
 #include <bit>
 #include <cmath>
+#include <numbers>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/native/distance/kernel_distances.hpp"
@@ -268,6 +269,62 @@ TEST(NativeApart, EdgesAtAnyAngleAreMeasuredRight) {
     const double gap = random.below(4) == 0 ? 0.0 : std::ldexp(1.0, -random.below(50));
     expect_right(crossing_edges(std::ldexp(random.uniform(0.5, 1), -3 - random.below(50)), gap, random));
     if (HasFailure()) return;
+  }
+}
+
+/// Two long bars, one turned by a small angle above the other: no axis but the one across their nearest edges
+/// separates them.
+Pair crossing_bars(double angle, const Pose& X_W) {
+  constexpr double kEighth = std::numbers::pi / 8;
+  const Hexahedron bar = Hexahedron::from_size({2, 0.2, 0.2});
+  const Pose on_edge{rotation_from_quaternion(std::cos(kEighth), std::sin(kEighth), 0, 0), {0, 0, 0}};
+  Pose above{rotation_from_quaternion(std::cos(angle / 2), 0, 0, std::sin(angle / 2)),
+             {0, 0, 0.2 * std::sqrt(2.0) + angle / 4}};
+  return {bar, bar, compose(X_W, on_edge), compose(X_W, compose(above, on_edge))};
+}
+
+/// By how much a unit vector is off the normal across the bars' long edges. Their half length is 1, so that
+/// these are known to the bit.
+double error_of_normal(const Pair& pair, const Vector3& n) {
+  using Exact = Eigen::Matrix<long double, 3, 1>;
+  const auto along = [](const Pose& X) -> Exact { return X.R.col(0).cast<long double>(); };
+  // Of the difference, in which nothing cancels.
+  const Exact a = along(pair.X_WA), by = along(pair.X_WB) - a;
+  const Exact exact =
+      Exact(a.y() * by.z() - a.z() * by.y(), a.z() * by.x() - a.x() * by.z(), a.x() * by.y() - a.y() * by.x())
+          .normalized();
+  const Exact toward = exact.dot((pair.X_WB.p - pair.X_WA.p).cast<long double>()) < 0 ? -exact : exact;
+  return static_cast<double>((n.cast<long double>() - toward).norm());
+}
+
+TEST(NativeApart, ThinAxesHaveTheirNormalsFromExactProducts) {
+  constexpr double kMost = 1e-15;
+  Random random(39);
+  Scene scene;
+  std::vector<PairIndices> pairs;
+  std::vector<Pair> bars;
+  for (int i = 0; i < 200; ++i) {
+    const double angle = i % 2 == 0 ? 4e-4 : std::ldexp(random.uniform(0.5, 1), -10 - random.below(10));
+    bars.push_back(crossing_bars(angle, random.pose(0.0)));
+    scene.add(bars.back());
+    pairs.push_back({scene.pairs.back().a, scene.pairs.back().b});
+    const Pair& pair = bars.back();
+    const Answer answer = ask(pair.a, pair.X_WA, pair.b, pair.X_WB, QueryKind::distance);
+    ASSERT_EQ(answer.status, PairStatus::separated) << angle;
+    ASSERT_LT(error_of_normal(pair, answer.geometry.n_AB_W), kMost) << angle;
+  }
+  // The quick passes, with axes and without, leave such pairs to the accurate one.
+  const native::SolidSet set = native::make_solid_set(scene.solids);
+  const native::KernelList& list = native::available_kernels();
+  for (int k = 0; k < list.count; ++k) {
+    const std::vector<DistanceRecord> records = run(*list.of[k], set, SolidKind::box, scene.poses, pairs);
+    for (std::size_t i = pairs.size(); i < records.size(); ++i) {
+      const bool is_accurate = i / pairs.size() == 2;
+      if (!is_accurate && records[i].state < native::DistanceState::if_separated) continue;
+      ASSERT_GE(records[i].state, native::DistanceState::if_separated) << list.of[k]->isa << " " << i;
+      const Vector3 n(records[i].n[0], records[i].n[1], records[i].n[2]);
+      ASSERT_LT(error_of_normal(bars[i % pairs.size()], n), kMost) << list.of[k]->isa << " " << i;
+    }
   }
 }
 
