@@ -36,26 +36,16 @@ TEST_P(IncrementalTest, StaticObjectsPairWithMovingOnesOnly) {
   EXPECT_THROW(build(GetParam(), scene, 0.1, every(2, 119)), std::exception);
 }
 
-/// Those of `pairs` with a solid of an object that moved.
-Pairs pairs_of(const Scene& scene, const std::vector<std::uint32_t>& moved, Pairs pairs) {
-  std::erase_if(pairs, [&](const SolidPair& pair) {
-    const auto did_move = [&](SolidIndex s) {
-      return std::find(moved.begin(), moved.end(), scene.object_of[s]) != moved.end();
-    };
-    return !did_move(pair.a) && !did_move(pair.b);
-  });
-  return pairs;
-}
-
 // Frames of every kind in turn: none, one, few, many, all moved; several updates before pairs are asked for;
 // pairs asked for in part.
-TEST_P(IncrementalTest, AnyHistoryOfUpdatesGivesThePairsOfAFreshBuild) {
+void run_any_history(const std::string& name, Scene scene, double extent, bool is_for_grid) {
   constexpr std::uint32_t kObjects = 900;
-  Scene scene = random_scene(kObjects, 55, 0, 32);
+  const bool is_native = name == "native";
   const std::vector<std::uint8_t> is_static = every(5, kObjects);
-  const auto broadphase = make(GetParam(), scene, 0.1, is_static);
+  const auto broadphase = make(name, scene, 0.1, is_static);
   std::mt19937_64 random(33);
   Pairs some(7);
+  int in_grid = 0;
   for (int frame = 0; frame < 120; ++frame) {
     const std::uint64_t one_in[] = {kObjects * 10, kObjects, 100, 20, 3, 1};
     std::vector<std::uint32_t> moved;
@@ -63,14 +53,19 @@ TEST_P(IncrementalTest, AnyHistoryOfUpdatesGivesThePairsOfAFreshBuild) {
       if (random() % one_in[random() % 2 == 0 ? frame % 6 : 1] == 0) {
         const bool stays = is_static[object] != 0 && random() % 8 != 0;
         if (stays) continue;
-        scene.place(object, random_pose(random, 55));
+        scene.place(object, random_pose(random, extent));
         moved.push_back(object);
       }
     if (frame % 4 == 3) std::reverse(moved.begin(), moved.end());
     if (frame % 8 == 6) moved.insert(moved.end(), moved.begin(), moved.end());  // named twice
     broadphase->update(scene.poses, moved);
     if (frame % 5 == 1) continue;
-    if (frame % 3 == 0 && std::string_view(GetParam()) == "native") {
+    if (frame % 3 != 2 && is_native) {
+      Pairs by_place;
+      ASSERT_TRUE(broadphase->find_pairs_by_place(by_place));
+      in_grid += is_by_place(by_place);
+    }
+    if (frame % 3 == 0 && is_native) {
       Pairs of_moved = {{1, 2}};
       ASSERT_TRUE(broadphase->find_moved_pairs(of_moved));
       EXPECT_EQ(of_moved.front(), SolidPair({1, 2}));
@@ -85,82 +80,126 @@ TEST_P(IncrementalTest, AnyHistoryOfUpdatesGivesThePairsOfAFreshBuild) {
       ASSERT_EQ(sweep(*broadphase, 64), sweep(*make("brute_force", scene, 0.1, is_static), 4096)) << frame;
     }
   }
+  EXPECT_EQ(in_grid > 5, is_native && is_for_grid);
 }
 
-/// Adds an object, or takes one out, or brings one in again. @param moved those that came in this frame.
-void change_one(Broadphase& broadphase, Scene& scene, std::vector<std::uint8_t>& is_static,
-                std::vector<std::uint8_t>& is_gone, std::mt19937_64& random,
-                std::vector<std::uint32_t>& moved) {
-  const std::uint32_t object = static_cast<std::uint32_t>(random() % (scene.trees.size() + 3));
-  if (object >= scene.trees.size()) {
-    const auto added = static_cast<std::uint32_t>(scene.trees.size());
-    scene.add({{"", Hexahedron::from_size({1, 2, 1}), {}}}, random_pose(random, 20));
-    is_static.push_back(random() % 4 == 0), is_gone.push_back(0);
-    ASSERT_TRUE(broadphase.set_object(added, &scene.trees.back(), is_static.back() != 0));
-    moved.push_back(added);
-  } else if (is_gone[object] == 0) {
-    is_gone[object] = 1;
-    ASSERT_TRUE(broadphase.set_object(object, nullptr, false));
-    std::erase(moved, object);
-  } else {
-    is_gone[object] = 0, is_static[object] = random() % 4 == 0;
-    scene.place(object, random_pose(random, 20));
-    ASSERT_TRUE(broadphase.set_object(object, &scene.trees[object], is_static[object] != 0));
+TEST_P(IncrementalTest, AnyHistoryOfUpdatesGivesThePairsOfAFreshBuild) {
+  run_any_history(GetParam(), random_scene(900, 55, 0, 32), 55, false);
+}
+TEST_P(IncrementalTest, AnyHistoryOfEvenScenesGivesThePairsOfAFreshBuild) {
+  run_any_history(GetParam(), even_scene(900, 9, 32), 9, true);
+}
+
+/// A scene in which objects come, go and come back as others, static or not.
+struct Changing {
+  Scene scene;
+  double extent;
+  std::mt19937_64 random{42};
+  std::vector<std::uint8_t> is_static = every(5, scene.trees.size());
+  std::vector<std::uint8_t> is_gone = std::vector<std::uint8_t>(scene.trees.size());
+  std::vector<std::uint32_t> moved = {};  ///< in this frame, some twice
+
+  void place(std::uint32_t object) {
+    scene.place(object, random_pose(random, extent));
     moved.push_back(object);
   }
-}
 
-// Objects come, go and come back as others, static or not, some of several solids, while others move; at
-// poses and on paths. Every solid's partners are those that the sweep pairs it with.
-void change_objects(const char* name, bool on_paths) {
-  constexpr std::uint32_t kObjects = 150;
-  Scene scene = random_scene(kObjects, 20, 3, 41);
-  std::vector<std::uint8_t> is_static = every(5, kObjects), is_gone(kObjects, 0);
-  const auto broadphase = build(name, scene, 0.1, is_static);
-  std::mt19937_64 random(42);
-  for (int frame = 0; frame < 150; ++frame) {
-    // Objects come, go and come again.
-    std::vector<std::uint32_t> moved;
-    for (int i = 0; frame > 0 && i < frame % 4; ++i)
-      change_one(*broadphase, scene, is_static, is_gone, random, moved);
-    // Some of the others move.
-    for (std::uint32_t object = 0; object < scene.trees.size(); ++object)
-      if (is_gone[object] == 0 && random() % (frame % 7 == 0 ? 2 : 40) == 0)
-        scene.place(object, random_pose(random, 20)), moved.push_back(object);
-    std::sort(moved.begin(), moved.end());
-    moved.erase(std::unique(moved.begin(), moved.end()), moved.end());
-    // Both are brought up to date, the oracle built anew.
-    const auto update = [&](Broadphase& updated, std::span<const std::uint32_t> objects) {
-      if (on_paths)
-        updated.update_paths({scene.poses, scene.poses, {}}, objects);
-      else
-        updated.update(scene.poses, objects);
-    };
-    update(*broadphase, moved);
+  /// Adds an object, or takes one out, or replaces one, or brings one in again.
+  void change_one(Broadphase& broadphase) {
+    const std::uint32_t object = static_cast<std::uint32_t>(random() % (scene.trees.size() + 3));
+    if (object >= scene.trees.size()) {
+      const auto added = static_cast<std::uint32_t>(scene.trees.size());
+      scene.add({{"", Hexahedron::from_size({1, 2, 1}), {}}}, random_pose(random, extent));
+      is_static.push_back(random() % 4 == 0), is_gone.push_back(0);
+      ASSERT_TRUE(broadphase.set_object(added, &scene.trees.back(), is_static.back() != 0));
+      moved.push_back(added);
+    } else if (is_gone[object] == 0 && random() % 3 != 0) {
+      is_gone[object] = 1;
+      ASSERT_TRUE(broadphase.set_object(object, nullptr, false));
+      std::erase(moved, object);
+    } else {
+      is_gone[object] = 0, is_static[object] = random() % 4 == 0;
+      place(object);
+      ASSERT_TRUE(broadphase.set_object(object, &scene.trees[object], is_static[object] != 0));
+    }
+  }
+
+  /// Of all, by trying all.
+  Pairs pairs(bool on_paths) const {
     const auto oracle = build("brute_force", scene, 0.1, is_static);
-    update(*oracle, {});
-    Pairs expected = sweep(*oracle, 4096);
-    std::erase_if(expected, [&](const SolidPair& pair) {
+    if (on_paths)
+      oracle->update_paths({scene.poses, scene.poses, {}}, {});
+    else
+      oracle->update(scene.poses, {});
+    Pairs pairs = sweep(*oracle, 4096);
+    std::erase_if(pairs, [&](const SolidPair& pair) {
       return is_gone[scene.object_of[pair.a]] != 0 || is_gone[scene.object_of[pair.b]] != 0;
     });
-    // All pairs, and each solid's partners, are the oracle's.
-    if (frame % 3 != 0) {
-      ASSERT_EQ(sweep(*broadphase, 64), expected) << frame;
-    }
-    for (SolidIndex solid = 0; solid < scene.poses.size(); ++solid) {
-      std::vector<SolidIndex> partners, wanted;
-      ASSERT_TRUE(broadphase->find_partners(solid, partners));
-      for (const SolidPair& pair : expected)
-        if (pair.a == solid || pair.b == solid) wanted.push_back(pair.a == solid ? pair.b : pair.a);
-      std::sort(partners.begin(), partners.end()), std::sort(wanted.begin(), wanted.end());
-      ASSERT_EQ(partners, wanted) << frame << ", solid " << solid;
-    }
+    return pairs;
+  }
+};
+
+/// Every solid's partners are those that the sweep pairs it with.
+void expect_partners(Broadphase& broadphase, const Scene& scene, const Pairs& pairs) {
+  std::vector<std::vector<SolidIndex>> wanted(scene.poses.size());
+  for (const SolidPair& pair : pairs) wanted[pair.a].push_back(pair.b), wanted[pair.b].push_back(pair.a);
+  for (SolidIndex solid = 0; solid < scene.poses.size(); ++solid) {
+    std::vector<SolidIndex> partners;
+    ASSERT_TRUE(broadphase.find_partners(solid, partners));
+    std::sort(partners.begin(), partners.end()), std::sort(wanted[solid].begin(), wanted[solid].end());
+    ASSERT_EQ(partners, wanted[solid]) << "solid " << solid;
   }
 }
 
-TEST_P(IncrementalTest, ObjectsThatComeAndGoGiveThePairsOfAFreshBuild) { change_objects(GetParam(), false); }
+enum class Placed { at_poses, on_paths, in_turns };
+
+// Objects change while others move; at poses and on paths, in turns after frames in the grid. @return in how
+// many frames the grid served.
+int change_objects(const char* name, Scene of_start, double extent, Placed placed) {
+  Changing changing{.scene = std::move(of_start), .extent = extent};
+  const auto broadphase = build(name, changing.scene, 0.1, changing.is_static);
+  int in_grid = 0;
+  for (int frame = 0; frame < 150 && !testing::Test::HasFatalFailure(); ++frame) {
+    SCOPED_TRACE(frame);
+    Scene& scene = changing.scene;
+    // Objects come, go and come again, and some of the others move.
+    std::vector<std::uint32_t>& moved = changing.moved;
+    moved.clear();
+    for (int i = 0; frame > 0 && i < frame % 4; ++i) changing.change_one(*broadphase);
+    for (std::uint32_t object = 0; object < scene.trees.size(); ++object)
+      if (changing.is_gone[object] == 0 && changing.random() % (frame % 7 == 0 ? 2 : 40) == 0)
+        changing.place(object);
+    std::sort(moved.begin(), moved.end());
+    moved.erase(std::unique(moved.begin(), moved.end()), moved.end());
+    // The broadphase is brought up to date, the oracle built anew.
+    const bool on_paths = placed == Placed::on_paths || (placed == Placed::in_turns && frame % 14 >= 8);
+    if (on_paths)
+      broadphase->update_paths({scene.poses, scene.poses, {}}, moved);
+    else
+      broadphase->update(scene.poses, moved);
+    const Pairs expected = changing.pairs(on_paths);
+    // All pairs, and each solid's partners, are the oracle's.
+    if (frame % 3 != 0) {
+      EXPECT_EQ(sweep(*broadphase, 64), expected);
+    }
+    expect_partners(*broadphase, scene, expected);
+    Pairs by_place;
+    in_grid += broadphase->find_pairs_by_place(by_place) && is_by_place(by_place);
+  }
+  return in_grid;
+}
+
+TEST_P(IncrementalTest, ObjectsThatComeAndGoGiveThePairsOfAFreshBuild) {
+  change_objects(GetParam(), random_scene(150, 20, 3, 41), 20, Placed::at_poses);
+}
 TEST_P(IncrementalTest, ObjectsThatComeAndGoOnPathsGiveThePairsOfAFreshBuild) {
-  change_objects(GetParam(), true);
+  change_objects(GetParam(), random_scene(150, 20, 3, 41), 20, Placed::on_paths);
+}
+TEST(NativeBroadphase, ObjectsThatComeAndGoInTheGridGiveThePairsOfAFreshBuild) {
+  EXPECT_GT(change_objects("native", even_scene(600, 8, 44), 8, Placed::at_poses), 15);
+}
+TEST(NativeBroadphase, ObjectsThatComeAndGoOnPathsAfterTheGridGiveThePairsOfAFreshBuild) {
+  EXPECT_GT(change_objects("native", even_scene(600, 8, 45), 8, Placed::in_turns), 5);
 }
 
 TEST(NativeBroadphase, AllPairsAreThoseOfWhatMovedInTheFirstUpdate) {

@@ -67,6 +67,29 @@ inline Scene random_scene(int objects, double extent, double offset, std::uint64
   return scene;
 }
 
+/// Objects of one box each, much the same in size and evenly spread: what native's grid is for.
+inline Scene even_scene(int objects, double extent, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  Scene scene;
+  for (int object = 0; object < objects; ++object)
+    scene.add({{"", Hexahedron::from_size({1, 1.2, uniform(random, 0.6, 1)}), {}}},
+              random_pose(random, extent));
+  return scene;
+}
+
+/// Those of `pairs` with a solid of an object that moved.
+inline Pairs pairs_of(const Scene& scene, const std::vector<std::uint32_t>& moved, Pairs pairs) {
+  std::vector<bool> did_move(scene.trees.size());
+  for (const std::uint32_t object : moved) did_move[object] = true;
+  std::erase_if(pairs, [&](const SolidPair& pair) {
+    return !did_move[scene.object_of[pair.a]] && !did_move[scene.object_of[pair.b]];
+  });
+  return pairs;
+}
+
+/// Whether native's grid serves: then the order of places is not the ascending one.
+inline bool is_by_place(const Pairs& pairs) { return !std::is_sorted(pairs.begin(), pairs.end()); }
+
 /// Built, without poses.
 inline std::unique_ptr<Broadphase> build(const std::string& name, const Scene& scene, double margin,
                                          std::span<const std::uint8_t> is_static = {},

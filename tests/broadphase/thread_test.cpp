@@ -12,29 +12,31 @@ namespace {
 using namespace broadphase_tests;
 
 constexpr std::uint32_t kObjects = 2500;
-constexpr double kExtent = 130;
 
 struct Frames {
-  Scene scene = random_scene(static_cast<int>(kObjects), kExtent, 0, 41);
+  double extent;
+  Scene scene;
   std::vector<std::uint8_t> is_static = std::vector<std::uint8_t>(kObjects);
   std::mt19937_64 random{42};
 
-  Frames() {
+  explicit Frames(bool is_for_grid)
+      : extent(is_for_grid ? 12.0 : 130.0),
+        scene(is_for_grid ? even_scene(kObjects, extent, 41) : random_scene(kObjects, extent, 0, 41)) {
     for (std::size_t i = 0; i < kObjects; i += 6) is_static[i] = 1;
   }
 
   std::vector<std::uint32_t> step(std::uint32_t nth) {
     std::vector<std::uint32_t> moved;
     for (std::uint32_t object = 1; object < kObjects; object += nth)
-      scene.place(object, random_pose(random, kExtent)), moved.push_back(object);
+      scene.place(object, random_pose(random, extent)), moved.push_back(object);
     return moved;
   }
 };
 
-TEST(NativeBroadphaseThreads, AnyNumberOfThreadsGivesThePairsOfOne) {
+void compare_with_one_thread(bool is_for_grid) {
   for (std::size_t count : {2, 3, 8}) {
     ThreadTeam team(count);
-    Frames frames;
+    Frames frames(is_for_grid);
     const auto alone = make("native", frames.scene, 0.1, frames.is_static);
     const auto together = make("native", frames.scene, 0.1, frames.is_static, &team);
     for (std::uint32_t nth : {1u, 1u, 2u, 500u, 40u, 1u}) {
@@ -43,6 +45,10 @@ TEST(NativeBroadphaseThreads, AnyNumberOfThreadsGivesThePairsOfOne) {
       const Pairs pairs = sweep(*alone, 256);
       ASSERT_GT(pairs.size(), 1000u);
       ASSERT_EQ(sweep(*together, 256), pairs) << count << " threads, one in " << nth << " moved";
+      Pairs by_place, by_one;
+      together->find_pairs_by_place(by_place), alone->find_pairs_by_place(by_one);
+      ASSERT_EQ(by_place, by_one) << count << " threads, one in " << nth << " moved";
+      EXPECT_EQ(is_by_place(by_place), is_for_grid && nth <= 2);
     }
     for (std::uint32_t nth : {1u, 700u, 1u}) {
       const std::vector<std::uint32_t> moved = frames.step(nth);
@@ -53,6 +59,11 @@ TEST(NativeBroadphaseThreads, AnyNumberOfThreadsGivesThePairsOfOne) {
       ASSERT_EQ(sweep(*together, 4096), sweep(*alone, 4096)) << count << " threads, paths";
     }
   }
+}
+
+TEST(NativeBroadphaseThreads, AnyNumberOfThreadsGivesThePairsOfOne) { compare_with_one_thread(false); }
+TEST(NativeBroadphaseThreads, AnyNumberOfThreadsGivesThePairsOfOneInTheGrid) {
+  compare_with_one_thread(true);
 }
 
 TEST(NativeBroadphaseThreads, CrowdsBeyondTheListGiveThePairsOfOneThread) {
@@ -68,7 +79,7 @@ TEST(NativeBroadphaseThreads, CrowdsBeyondTheListGiveThePairsOfOneThread) {
 
 TEST(NativeBroadphaseThreads, FramesDoNotAllocate) {
   ThreadTeam team(2);
-  Frames frames;
+  Frames frames(false);
   const auto broadphase = make("native", frames.scene, 0.1, frames.is_static, &team);
   Pairs block(256);
   for (std::uint32_t nth : {1u, 1u, 100u}) {
