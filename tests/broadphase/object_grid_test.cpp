@@ -317,7 +317,8 @@ TEST(NativeBroadphase, FramesInTheGridDoNotAllocate) {
 TEST(PairSort, PutsPairsInAscendingOrder) {
   std::mt19937_64 bits(10);
   std::vector<SolidPair> scratch;
-  for (const std::size_t count : {0, 1, 255, 256, 5000})
+  scratch.reserve(5000);
+  for (const std::size_t count : {0, 1, 255, 256, 5000, 5001})
     for (const std::uint32_t most : {1u, 511u, 512u, 100000u, 0xFFFFFFFFu}) {
       Pairs pairs(count);
       for (SolidPair& pair : pairs)

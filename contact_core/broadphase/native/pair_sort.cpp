@@ -27,7 +27,7 @@ void scatter(std::span<const SolidPair> from, std::span<SolidPair> to, std::uint
 }  // namespace
 
 void sort_pairs(std::span<SolidPair> pairs, std::vector<SolidPair>& scratch) noexcept {
-  if (pairs.size() < kFew) {
+  if (pairs.size() < kFew || pairs.size() > scratch.capacity()) {
     std::sort(pairs.begin(), pairs.end());
     return;
   }

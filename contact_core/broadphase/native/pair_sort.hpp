@@ -7,8 +7,8 @@
 
 namespace touchstone {
 
-/// Puts pairs in ascending order, by digits where they are many. @param scratch takes memory only where it
-/// has no room for as many.
+/// Puts pairs in ascending order, by digits where they are many and `scratch` has room for as many, which is
+/// quicker. Takes no memory. @param scratch its elements are lost.
 void sort_pairs(std::span<SolidPair> pairs, std::vector<SolidPair>& scratch) noexcept;
 
 }  // namespace touchstone
