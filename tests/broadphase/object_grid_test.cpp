@@ -231,6 +231,39 @@ TEST(ObjectGrid, NamesNoneThatWentSinceItWasBuilt) {
   EXPECT_EQ(sorted(crowd.found(nullptr)), crowd.wanted());
 }
 
+// Two spheres in the grid's corner, where floats have no digits left for squares of their radii.
+TEST(ObjectGrid, FindsThePairsOfDustInItsCorner) {
+  std::mt19937_64 random(11);
+  int pairs = 0;
+  for (double size = 1e-24; size < 1e-18; size *= 1.7) {
+    // The others' centres run from 1 m to 33 m, which puts the corner at 0.
+    Scene scene;
+    for (int i = 0; i < 729; ++i)
+      scene.add({{"", Hexahedron::from_size({1, 1, 1}), {}}},
+                {Matrix3::Identity(), 4.0 * Vector3(i % 9, i / 9 % 9, i / 81) + Vector3(1, 1, 1)});
+    const std::uint32_t dust = 729;
+    for (int i = 0; i < 2; ++i) scene.add({{"", Hexahedron::from_size(Vector3::Constant(size)), {}}}, Pose{});
+    const std::vector<const HexahedronTree*> trees = scene.tree_pointers();
+    BroadphaseInput input;
+    input.trees = trees;
+    SolidBounds bounds(input);
+    ObjectGrid grid;
+    grid.reserve(bounds.objects());
+    for (int i = 0; i < 40; ++i) {
+      const Vector3 apart = random_vector(random, 1.0).normalized() * uniform(random, 0.97, 1.0);
+      scene.place(dust + 1, {Matrix3::Identity(), std::sqrt(3.0) * size * apart.cwiseAbs()});
+      for (std::uint32_t object = 0; object < bounds.objects(); ++object) bounds.place(object, scene.poses);
+      ASSERT_TRUE(grid.build(bounds, nullptr) && bounds.may_pair(dust, dust + 1));
+      bool finds = false;
+      grid.for_each_near(bounds.object_spheres_W()[dust],
+                         [&](std::uint32_t other) { finds = finds || other == dust + 1; });
+      ASSERT_TRUE(finds) << size << ", " << apart.transpose();
+      ++pairs;
+    }
+  }
+  EXPECT_GT(pairs, 500);
+}
+
 // What a scene would cost is found out now and then only.
 TEST(ObjectGrid, WaitsWhereItWasNotQuick) {
   CrowdScene crowd({.name = "", .shape = {0, 0, 0}}, 7);

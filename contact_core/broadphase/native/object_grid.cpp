@@ -14,11 +14,16 @@ namespace {
 constexpr float kCellsPerSide = 4.0F;
 
 // Radii are grown by this share of themselves, and by this one of their coordinates. A float is off by 2^-24
-// of a coordinate, a squared distance or reach by 5 2^-24 of itself, may_touch() by 2^-49 of the reach.
+// of a coordinate, a squared distance or reach by 5 2^-24 of itself, may_touch() by 2^-49 of the reach; where
+// squares are not the least of floats: see kLeastGrowth.
 constexpr double kGrowth = 0x1p-20, kCoordinateGrowth = 0x1p-21;
 
 // Coordinates beyond, in sides, are coarse: an object's growth stays below 1/64 of a side.
 constexpr double kFarthest = 0x1p15;
+
+// In sides, at least this much of each radius's growth: squares of floats below 2^-63 are too few multiples
+// of the least float for the shares above.
+constexpr double kLeastGrowth = 0x1p-60;
 
 // However few objects there are.
 constexpr std::uint32_t kFewCells = 64;
@@ -208,7 +213,8 @@ bool ObjectGrid::choose_side(const Sample& sample) noexcept {
     count_[k] = static_cast<std::uint32_t>(std::ceil(length * (k == 0 ? kCellsPerSide : 1.0)));
   }
   farthest_ = 2.0 * sides;
-  tiny_ = 0x1p-510 * per_metre_;
+  // may_touch() lets distances up to 2^-511 m pass.
+  tiny_ = 0x1p-510 * per_metre_ + kLeastGrowth;
   largest_ = (largest_ + half_margin_) * per_metre_ * (1.0 + kGrowth) + farthest_ * kCoordinateGrowth + tiny_;
   return farthest_ <= kFarthest;
 }
