@@ -264,6 +264,26 @@ TEST(ObjectGrid, FindsThePairsOfDustInItsCorner) {
   EXPECT_GT(pairs, 500);
 }
 
+TEST(ObjectGrid, LeavesOutTheCellsForStrays) {
+  CrowdScene crowd({.name = "", .strays = 4}, 12);
+  ASSERT_TRUE(crowd.grid().build(crowd.bounds(), nullptr));
+  for (const std::uint32_t stray : {0u, 1u, 2u, 3u}) {
+    int visits = 0;
+    crowd.grid().for_each_near(crowd.bounds().object_spheres_W()[stray], [&](std::uint32_t) { ++visits; });
+    EXPECT_EQ(visits, 4);
+  }
+}
+
+// However many objects there are, those in no cell are few.
+TEST(ObjectGrid, RefusesMoreThan64Strays) {
+  CrowdScene crowd({.name = "", .objects = 59000, .strays = 65}, 13);
+  EXPECT_FALSE(crowd.grid().build(crowd.bounds(), nullptr));
+  crowd.bounds().set_object(0, nullptr, false);
+  ObjectGrid other;
+  other.reserve(crowd.bounds().objects());
+  EXPECT_TRUE(other.build(crowd.bounds(), nullptr));
+}
+
 // What a scene would cost is found out now and then only.
 TEST(ObjectGrid, WaitsWhereItWasNotQuick) {
   CrowdScene crowd({.name = "", .shape = {0, 0, 0}}, 7);

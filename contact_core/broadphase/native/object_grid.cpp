@@ -28,6 +28,10 @@ constexpr double kLeastGrowth = 0x1p-60;
 // However few objects there are.
 constexpr std::uint32_t kFewCells = 64;
 
+// Loose objects are tested with each one that is asked for its pairs. There may be these few and one in 1024,
+// up to the most.
+constexpr std::uint32_t kFewLoose = 8, kMostLoose = 64;
+
 constexpr std::uint32_t kLeastObjects = 512, kLeastSamples = 64;
 constexpr std::uint32_t kObjectsPerPart = 4096;
 // A run of positions costs as much as so many tests.
@@ -293,7 +297,7 @@ bool ObjectGrid::fill(const SolidBounds& bounds, TaskRunner* threads) noexcept {
     }
   }
   in_cells_ = part_start_[kLoosePart], loose_ = next - in_cells_;
-  if (loose_ > 8 + objects_ / 1024) return false;
+  if (loose_ > std::min(kFewLoose + objects_ / 1024, kMostLoose)) return false;
   most_radius_ =
       *std::max_element(chunk_radius_.begin(), chunk_radius_.begin() + static_cast<std::ptrdiff_t>(chunks));
   // Objects are thrown on their parts, and these sorted.
@@ -432,14 +436,20 @@ void ObjectGrid::add(std::uint32_t object, std::uint32_t other, bool is_sure, co
 }
 
 ObjectGrid::Reach ObjectGrid::reach_of(const Sphere& sphere) const noexcept {
-  // Within float's range and far beyond the grid, where it tells nothing any more.
-  constexpr double kCoarse = 0x1p18;
+  // Within float's range and far beyond the grid, where it tells nothing any more; and where no square
+  // overflows [m].
+  constexpr double kCoarse = 0x1p18, kSquared = 0x1p500;
   double at[3], far = 0.0;
   for (int k = 0; k < 3; ++k)
     at[k] = (sphere.centre(axis_[k]) - origin_[k]) * per_metre_, far += std::abs(at[k]);
   const double radius =
       (sphere.radius + half_margin_) * per_metre_ * (1.0 + kGrowth) + (far * kCoordinateGrowth + tiny_);
   Reach reach{};
+  // The centres of those in cells are within kFarthest, so more than far / 2 from here.
+  if (far > kCoarse && far < kSquared * per_metre_ && radius + most_radius_ < 0.25 * far) {
+    reach.low = {1, 1, 1};
+    return reach;
+  }
   reach.takes_all = !(far <= kCoarse && radius <= kCoarse);
   if (reach.takes_all) {
     reach.low = {0, 0, 0}, reach.high = {count_[0] - 1, count_[1] - 1, count_[2] - 1};

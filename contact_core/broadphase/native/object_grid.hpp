@@ -57,7 +57,7 @@ class ObjectGrid {
     float x, y, z, radius;
     std::uint32_t object, cell;
   };
-  /// The cells and radii that a sphere may meet.
+  /// The cells and radii that a sphere may meet; none where low is above high.
   struct Reach {
     float x, y, z, radius;
     std::array<std::uint32_t, 3> low, high;
