@@ -42,8 +42,7 @@ void ObjectForest::erase(std::uint32_t object, bool was_static) {
 }
 
 void ObjectForest::insert(std::uint32_t object) {
-  grid_.reserve(bounds_.objects());
-  grid_.note_changes();
+  grid_.reserve(bounds_.objects());  // which knows none that comes: if it was there, it was erased
   for (Tree& tree : trees_)
     if (object >= tree.now.slot_of.size()) resize_more(tree.now.slot_of, object + 1);
   Tree& tree = trees_[tree_of(object)];
