@@ -9,9 +9,7 @@ namespace touchstone {
 ObjectForest::ObjectForest(const SolidBounds& bounds, TaskRunner* threads)
     : bounds_(bounds), threads_(threads) {
   std::vector<std::uint32_t> members[kTrees];
-  for (Tree& tree : trees_) {
-    resize_more(tree.now.slot_of, bounds.objects());
-  }
+  for (Tree& tree : trees_) resize_more(tree.now.slot_of, bounds.objects());
   for (std::uint32_t object = 0; object < bounds.objects(); ++object) {
     const int i = tree_of(object);
     trees_[i].now.slot_of[object] = static_cast<std::uint32_t>(members[i].size());

@@ -43,7 +43,8 @@ struct BoxPair {
   }
 };
 
-/// The result of search_faces() and search_edges(): by code, and over all.
+/// The result of search_pair_axes(): by code, and over all. Where that stops apart, the edges' entries are
+/// unset and `code` is 0, whichever face separates.
 struct PairSearch {
   double length2[16], overlap[16];
   Double4 turn = {};  // by B's edge

@@ -62,6 +62,7 @@ struct Goal {
 
 constexpr const char* kAhead =
     "the peer keeps no bound; 1 250 instructions find and certify the depth, 1 070 clip faces";
+constexpr const char* kAligned = "coordinates are compared after the filter for boxes at any turn";
 constexpr const char* kAxes = "800 instructions find the axis of a lone pair, 950 its nearest points";
 constexpr const char* kDepth = "the depth's certificate, which tells the class, takes half of it";
 constexpr const char* kClip = "the certificate of the depth, then the clip of faces";
@@ -71,6 +72,7 @@ constexpr const char* kHull = "a depth takes 3 000 instructions, pair by pair; c
 constexpr const char* kLanes = "two lanes do in four steps what eight do in one";
 constexpr const char* kOpen = "pairs that touch to rounding leave the lanes";
 constexpr const char* kParallel = "edges parallel to rounding take exact products";
+constexpr const char* kPlaced = "all vertices of both are placed before any coordinates are compared";
 
 /// Goals for pairs.
 const std::vector<Goal>& pair_goals() {
@@ -79,9 +81,9 @@ const std::vector<Goal>& pair_goals() {
   static const std::vector<Asked> kPeersAsked = {{Of::hot, kFastestPeer}, {Of::cold, kFastestPeer}};
   static const std::vector<Asked> kClipAsked = {{Of::hot, 90}, {Of::cold, 130}};
   static const std::vector<Goal> kGoals = {
-      {"wall", kOverlap, kLone, {{Of::hot, 100}}, kAxes},
+      {"wall", kOverlap, kLone, {{Of::hot, 100}}, kAligned},
       {"wall", kDistance, kLone, {{Of::hot, 100}}, kOpen},
-      {"aligned_tapered", kOverlap, kLone, {{Of::hot, 150}}, kAxes},
+      {"aligned_tapered", kOverlap, kLone, {{Of::hot, 150}}, kPlaced},
       {"wall_turned", kOverlap, kLone, kFlushAsked, kFlush},
       {"blocks_turned", kOverlap, kLone, kFlushAsked, kFlush},
       {"touching", kOverlap, kLone, {{Of::cold, 250}}, kCold},
