@@ -442,33 +442,33 @@ TEST_F(StationServer, TenClientsThatDoNotReadFillNoQueue) {
   EXPECT_FALSE(pages[0]->wait_for_frame().empty());
 }
 
+void say_seen(Page& page, const std::string& frame) {
+  page.say(R"({"type": "seen", "frame": )" + std::to_string(at<std::uint64_t>(frame, 8)) + "}");
+}
+
+/// Takes the frames that were sent before the first `seen` was, and says of each that it was seen.
+void take_those_on_their_way(Page& page) {
+  for (int i = 0; i < 41; ++i) say_seen(page, page.wait_for_frame());
+}
+
 TEST_F(StationServer, KeepsTheNewestBackFromAPageThatHasNotSeenTheLast) {
   start();
   Page page(server_->port());
   ASSERT_EQ(page.join(), 101U);
-  std::string frame = page.wait_for_frame();
-  const auto seen = [&] {
-    page.say(R"({"type": "seen", "frame": )" + std::to_string(at<std::uint64_t>(frame, 8)) + "}");
-  };
-  seen();
-  // Frames sent before the first `seen` was taken come first; each is seen at once.
-  for (int i = 0; i < 40; ++i) {
-    frame = page.wait_for_frame();
-    seen();
-  }
+  take_those_on_their_way(page);
   const std::uint64_t before = server_->figures().frames_sent.load();
   EXPECT_GT(frames_in(std::chrono::milliseconds(300)), 10U);
   EXPECT_LE(server_->figures().frames_sent.load() - before, 3U);
   // One came at once, a second not before it had waited for long.
   const std::string first = page.wait_for_frame();
-  frame = page.wait_for_frame();
+  std::string frame = page.wait_for_frame();
   EXPECT_GT(at<double>(frame, 56) - at<double>(first, 56), 100e3);
-  seen();
+  say_seen(page, frame);
   // Seen again: the newest comes, not those in between.
   std::uint64_t last = 0;
   for (int i = 0; i < 4; ++i) {
     frame = page.wait_for_frame();
-    seen();
+    say_seen(page, frame);
     EXPECT_GT(at<std::uint64_t>(frame, 8), last);
     last = at<std::uint64_t>(frame, 8);
   }
@@ -479,24 +479,14 @@ TEST_F(StationServer, ASecondFrameSetsOutToAPageFarAwayWhenTheFirstArrives) {
   start();
   Page page(server_->port());
   ASSERT_EQ(page.join(), 101U);
-  std::string frame = page.wait_for_frame();
   page.say(R"({"type": "drawn", "frame": 1, "stamp": 0, "offset": 0, "rtt": 60000})");
-  const auto seen = [&] {
-    page.say(R"({"type": "seen", "frame": )" + std::to_string(at<std::uint64_t>(frame, 8)) + "}");
-  };
-  seen();
-  // Frames sent before the first `seen` was taken come first; each is seen at once.
-  for (int i = 0; i < 40; ++i) {
-    frame = page.wait_for_frame();
-    seen();
-  }
+  take_those_on_their_way(page);
   // The least of some: the machine may be busy.
   double least = std::numeric_limits<double>::infinity();
   for (int i = 0; i < 10; ++i) {
-    const std::string first = page.wait_for_frame();
-    frame = page.wait_for_frame();
-    least = std::min(least, at<double>(frame, 56) - at<double>(first, 56));
-    seen();
+    const std::string first = page.wait_for_frame(), second = page.wait_for_frame();
+    least = std::min(least, at<double>(second, 56) - at<double>(first, 56));
+    say_seen(page, second);
   }
   EXPECT_GT(least, 30e3);
   EXPECT_LT(least, 100e3);
