@@ -16,7 +16,9 @@ using touchstone::TemporaryProfile;
 using touchstone::station::RunningStation;
 
 // By kind, [ms since now, figures]: hand to picture and level; what a picture took; a turn of the page that
-// was long; a level left; a picture of all screens. Of the last second and a half alone.
+// was long; a level left; a picture of all screens; a hand sent (number); a frame that arrives (frame, hand
+// that it obeys, ms since it was decided) or is drawn. Of the last second and a half alone; numbers modulo 1
+// 000.
 constexpr const char* kWatch = R"js((() => {
   const {latency, pace, picture, link} = touchstoneStation, log = [], from = performance.now();
   window.late = [];

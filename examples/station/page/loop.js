@@ -25,8 +25,7 @@ export function forgetPending() {
 // The page was hidden or is shown again. Turns stop while it is hidden: neither what was on its way then nor a hand that was obeyed
 // meanwhile says how late pictures are.
 export function rest() {
-  clearTimeout(station.awaits);
-  station.awaits = parts.link.onFrame = null;
+  awaitNoMore();
   forgetPending();
   parts.pace.rest();
   station.drawnAt = station.shownAt = null;
@@ -108,12 +107,16 @@ export function turnOfLoop(now) {
   else showNewest(now);
 }
 
+function awaitNoMore() {
+  clearTimeout(station.awaits);
+  station.awaits = parts.link.onFrame = null;
+}
+
 // The newest frame lay in the browser: the station hears only now that it was taken, and sends the newest that it has. That one is drawn,
 // unless it takes too long to come; where the station is further away than that nothing is waited for.
 function awaitNewer() {
   const show = () => {
-    clearTimeout(station.awaits);
-    station.awaits = parts.link.onFrame = null;
+    awaitNoMore();
     if (station.scene && !parts.renderer.lost) showNewest(performance.now());
   };
   station.awaits = setTimeout(show, patience);

@@ -7,7 +7,7 @@ import {Latency} from './latency.js';
 import {Timeline} from './timeline.js';
 
 export const station = {hello: null, scene: null, state: {}, frame: null, shown: 3, sideBySide: false, selected: -1, stages: null,
-  screens: [], orbit: new Orbit(), mounted: [], mainCamera: -1, drawn: 0, broken: 0, ages: [], intervals: [], pending: []};
+  screens: [], orbit: new Orbit(), mounted: [], mainCamera: -1, drawn: 0, broken: 0, ages: [], intervals: [], pending: [], awaits: null};
 // The station's last messages, whatever is shown: `station` has hello, scene and flight of what is, which may be looked back at.
 // `meshes`: that came last, by their path; they are no part of a scene, which is saved with a flight.
 export const live = {hello: null, scene: null, flight: new Timeline(), faults: [], meshes: {path: null, list: []}};
