@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -14,10 +13,7 @@
 #include <vector>
 
 #include "touchstone/contact_core/geometry/matrix3.hpp"
-#include "touchstone/physics/solver/block_cholesky.hpp"
-#include "touchstone/physics/world/step/trial_steps.hpp"
 #include "touchstone/tests/physics/cubes.hpp"
-#include "touchstone/tests/physics/random_contact_sets.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
 
 namespace touchstone::physics {
@@ -34,48 +30,6 @@ class Draw {
  private:
   std::mt19937 random_;
 };
-
-TEST(BlockCholesky, SolvesWhatItsBlocksSay) {
-  // Units of 6 and 7 rows in a ring with a chord: A = 1 + sum of v v^T over pairs.
-  const std::vector<std::uint32_t> sizes{6, 7, 6, 6, 7};
-  const std::vector<BlockCholesky::Pair> pairs{{0, 1}, {0, 4}, {1, 2}, {1, 4}, {2, 3}, {3, 4}};
-  const std::vector<std::size_t> first{0, 6, 13, 19, 25};
-  constexpr std::size_t n = 32;
-  std::vector<double> A(n * n, 0.0), x(n), right(n, 0.0);
-  for (std::size_t i = 0; i < n; ++i) A[i * n + i] = 1.0, x[i] = std::cos(static_cast<double>(3 * i));
-  std::mt19937 random(5);
-  for (const auto& [a, b] : pairs) {
-    std::vector<double> v(n, 0.0);
-    for (const std::uint32_t unit : {a, b})
-      for (std::size_t k = 0; k < sizes[unit]; ++k)
-        v[first[unit] + k] = static_cast<double>(random() % 100) - 50.0;
-    for (std::size_t r = 0; r < n; ++r)
-      for (std::size_t c = 0; c < n; ++c) A[r * n + c] += v[r] * v[c];
-  }
-  for (std::size_t r = 0; r < n; ++r)
-    for (std::size_t c = 0; c < n; ++c) right[r] += A[r * n + c] * x[c];
-  BlockCholesky cholesky;
-  for (int again = 0; again < 2; ++again) {
-    cholesky.analyse(sizes, pairs);
-    cholesky.clear();
-    for (std::uint32_t u = 0; u < sizes.size(); ++u)
-      for (std::size_t r = 0; r < sizes[u]; ++r)
-        for (std::size_t c = 0; c < sizes[u]; ++c)
-          cholesky.diagonal(u)[r * sizes[u] + c] = A[(first[u] + r) * n + first[u] + c];
-    for (const auto& [a, b] : pairs) {
-      bool is_transposed = false;
-      double* const block = cholesky.block(a, b, is_transposed);
-      const std::uint32_t row = is_transposed ? b : a, column = is_transposed ? a : b;
-      for (std::size_t r = 0; r < sizes[row]; ++r)
-        for (std::size_t c = 0; c < sizes[column]; ++c)
-          block[r * sizes[column] + c] = A[(first[row] + r) * n + first[column] + c];
-    }
-    ASSERT_TRUE(cholesky.factor());
-    std::vector<double> y = right;
-    cholesky.solve(y, first);
-    for (std::size_t i = 0; i < n; ++i) EXPECT_NEAR(y[i], x[i], 1e-9);
-  }
-}
 
 TEST(BoundedSteps, JawsThatSqueezeHoldTheCubeAtOnce) {
   // Nothing gives way but the cube, which cannot: both jaws go on.
@@ -401,55 +355,6 @@ TEST(BoundedSteps, TowersAllocateNothingAfterTheFirstStep) {
   }
 }
 
-TEST(TrialSteps, AreTaken) {
-  for (int i = 0; i < 2; ++i) EXPECT_EQ(stepping::take_trial_steps(), StepFailure::none);
-}
-
-/// Of the bits of all that a run shows.
-struct RunHash {
-  std::uint64_t value = 14695981039346656037u;
-
-  void add(double figure) { value = (value ^ std::bit_cast<std::uint64_t>(figure)) * 1099511628211u; }
-  void add(const Vector3& v) {
-    for (int i = 0; i < 3; ++i) add(v[i]);
-  }
-  void add(const StepReport& r) {
-    add(static_cast<double>(r.failure));
-    for (const std::uint32_t count :
-         {r.failed_index, r.solves, r.unconverged, r.sweeps, r.newton_steps, r.contradictory, r.substeps})
-      add(count);
-    for (const double figure : {r.worst_residual, r.worst_joint_error, r.last_stop}) add(figure);
-    add(r.is_work_spent ? 1.0 : 0.0);
-  }
-  void add(const RigidBodyState& s) {
-    for (const Vector3& v : {s.p_W, s.momentum_W, s.angular_W, s.p_low_W, s.low_W, s.turn_low_W}) add(v);
-    add(s.q_WB.w), add(s.q_WB.v);
-  }
-};
-
-/// Cubes that overlap, fall and come to rest, under a press.
-std::vector<std::uint64_t> run_hashes(bool is_reserved) {
-  Cubes scene;
-  scene.add_ground();
-  std::vector<std::uint32_t> cubes;
-  for (int i = 0; i < 6; ++i)
-    cubes.push_back(scene.add_cube({0.01 * i, 0.005 * (i % 3), kCubeSide * (0.45 + 0.99 * i)}));
-  scene.add_driven({0, 0, 7.2 * kCubeSide}, {0, 0, -0.1});
-  scene.contacts->build();
-  if (is_reserved) scene.world.reserve(200);
-  std::vector<std::uint64_t> hashes;
-  RunHash hash;
-  for (int i = 0; i < 400; ++i) {
-    hash.add(scene.step(1e-3));
-    for (const std::uint32_t cube : cubes) hash.add(scene.world.state(cube));
-    hashes.push_back(hash.value);
-    if (is_reserved && i % 100 == 50) stepping::take_trial_steps();
-  }
-  return hashes;
-}
-
-TEST(TrialSteps, ChangeNoBitOfOtherWorlds) { EXPECT_EQ(run_hashes(true), run_hashes(false)); }
-
 TEST(BoundedSteps, PointsThatComeAndGoLeaveThePairHeldAsItWas) {
   // Edges that lie in each other: two points come up in the middle of them, and two corners get other names.
   Cubes scene;
@@ -586,46 +491,6 @@ TEST(BoundedSteps, WorkMayBeInfinite) {
   for (const double h : {1e-4, 1e-3, 1.0 / 60.0}) EXPECT_FALSE(Jam(kInfinity).step(h).is_work_spent) << h;
 }
 
-TEST(Parting, OverlapAtTheStartLeavesAtACappedSpeedWithoutMomentum) {
-  Cubes scene;
-  DynamicsWorld::Settings settings;
-  scene.world = DynamicsWorld(settings);
-  const auto a = scene.add_cube({-0.09, 0, 0}), b = scene.add_cube({0.09, 0, 0});  // 2 cm
-  scene.contacts->build();
-  double before = 0.18;
-  for (int i = 0; i < 1800; ++i) {
-    ASSERT_EQ(scene.step(1e-3).failure, StepFailure::none);
-    const Vector3 p_a = scene.world.pose(a).p, p_b = scene.world.pose(b).p;
-    EXPECT_LE(p_b.x() - p_a.x() - before, 1.01 * settings.part_speed * 1e-3);
-    before = p_b.x() - p_a.x();
-    EXPECT_LT(norm(scene.world.velocity(a)) + norm(scene.world.angular_velocity(a)), 1e-12) << i;
-    EXPECT_LT(norm(p_a + p_b), 1e-12);
-  }
-  EXPECT_NEAR(before, 0.2, 1.05e-4);  // less than 0.1 mm is left alone
-}
-
-TEST(Parting, OverlapIsPartedInStepsOfOnePiece) {
-  // Two cubes on the ground, most of the one in the other: when their points slide, stop and meet within a
-  // step means nothing, and is not searched for. Work ended in hundreds of these steps when it was.
-  Cubes scene;
-  scene.add_ground();
-  const auto a = scene.add_cube({0, 0, 0.1}), b = scene.add_cube({0.01, 0, 0.1});
-  scene.contacts->build();
-  std::uint32_t spent = 0, newton_steps = 0, late = 0;
-  for (int i = 0; i < 6000; ++i) {
-    const StepReport report = scene.step(1e-3);
-    ASSERT_EQ(report.failure, StepFailure::none);
-    EXPECT_LE(report.substeps, i < 4000 ? 1U : 16U) << i;
-    spent += report.is_work_spent ? 1 : 0;
-    newton_steps = std::max(newton_steps, report.newton_steps);
-    if (i >= 5000) late += report.newton_steps > 0 ? 1 : 0;
-  }
-  EXPECT_LT(spent, 100U);        // 24; 718
-  EXPECT_LT(newton_steps, 30U);  // 16; 59
-  EXPECT_LT(late, 200U);         // 84: at rest forces hold, and are found anew now and then
-  EXPECT_NEAR(norm(scene.world.pose(a).p - scene.world.pose(b).p), 0.2, 2e-3);
-}
-
 TEST(BoundedSteps, JawsOfAnyFrictionHoldACubeOrLetItSlip) {
   // Speeds, offsets, friction, masses as drawn: no faster than the jaws and 0.1 m/s, its fall apart, until
   // they are a third of it into it. Developed on seed 9301.
@@ -652,46 +517,6 @@ TEST(BoundedSteps, JawsOfAnyFrictionHoldACubeOrLetItSlip) {
       ASSERT_LT(norm(v), speed + 0.1) << run << " at " << i << ", friction " << friction;
     }
   }
-}
-
-TEST(Parting, CubesSpawnedInTheGroundComeUpAndRest) {
-  Cubes scene;
-  scene.add_ground();
-  std::vector<std::uint32_t> cubes;
-  for (int i = 1; i <= 5; ++i) cubes.push_back(scene.add_cube({0.5 * i, 0, 0.1 - 0.01 * i}));
-  scene.contacts->build();
-  for (int i = 0; i < 2500; ++i) ASSERT_EQ(scene.step(1e-3).failure, StepFailure::none);
-  for (const std::uint32_t cube : cubes) {
-    EXPECT_NEAR(scene.world.pose(cube).p.z(), 0.1, 1.05e-4);
-    EXPECT_LT(norm(scene.world.velocity(cube)), 1e-6);
-  }
-}
-
-TEST(Sleep, WhatRestsSleepsUntilItIsTouched) {
-  Cubes scene;
-  DynamicsWorld::Settings settings = scene.world.settings();
-  settings.sleep_time = 0.1;
-  scene.world = DynamicsWorld(settings);
-  scene.add_ground();
-  for (int i = 0; i < 3; ++i) scene.add_cube({0, 0, 0.1 + 0.2 * i});
-  const auto late = scene.add_cube({0, 0, 1.1});  // 0.4 m above: 0.29 s
-  scene.contacts->build();
-  for (int i = 0; i < 200; ++i) ASSERT_EQ(scene.step(1e-3).failure, StepFailure::none);
-  EXPECT_EQ(scene.world.sleepers(), 3U);
-  EXPECT_FALSE(scene.world.is_asleep(late));
-  EXPECT_TRUE(scene.contacts->find(scene.world).empty());
-  for (int i = 0; i < 100; ++i) ASSERT_EQ(scene.step(1e-3).failure, StepFailure::none);
-  EXPECT_EQ(scene.world.sleepers(), 0U);  // hit
-  for (int i = 0; i < 300; ++i) ASSERT_EQ(scene.step(1e-3).failure, StepFailure::none);
-  EXPECT_EQ(scene.world.sleepers(), 4U);
-  EXPECT_TRUE(scene.world.is_at_rest());
-  EXPECT_NEAR(scene.world.pose(late).p.z(), 0.7, 3e-6);
-  const Vector3 p = scene.world.pose(late).p;
-  ASSERT_EQ(scene.step(1e-3).failure, StepFailure::none);
-  EXPECT_EQ(scene.world.pose(late).p, p);
-  scene.world.wake(late);
-  EXPECT_EQ(scene.world.sleepers(), 0U);  // with all that it lies on
-  EXPECT_EQ(scene.contacts->find(scene.world).size(), 16U);
 }
 
 }  // namespace
