@@ -11,7 +11,7 @@
 
 #include "touchstone/examples/compare_backends/results/schema_text.hpp"
 #include "touchstone/examples/program/terminal/text_table.hpp"
-#include "touchstone/tests/support/program_test.hpp"
+#include "touchstone/tests/compare_backends/program_fixture.hpp"
 
 // The files that the program writes, held against each other.
 
@@ -21,12 +21,7 @@ namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-class ReportFiles : public touchstone::ProgramTest {
- protected:
-  ReportFiles() : ProgramTest(COMPARE_BACKENDS) {}
-
-  std::string report() const { return " --output " + (folder_ / "report").string() + " "; }
-};
+class ReportFiles : public touchstone::test::Program {};
 
 // As much of dynamics_run's results.json as the page reads.
 constexpr const char* kDynamics =
