@@ -30,6 +30,7 @@ std::string extension_of(const std::filesystem::path& file) {
 
 Robot load_robot([[maybe_unused]] const std::filesystem::path& file,
                  [[maybe_unused]] const RobotOptions& options) {
+  // By the file's ending; a format that this build lacks is named with the package that it needs.
   const std::string extension = extension_of(file);
   if (extension == ".urdf") {
 #ifdef TOUCHSTONE_HAS_URDF

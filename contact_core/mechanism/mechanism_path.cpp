@@ -185,12 +185,14 @@ BodyState MechanismPath::at(std::uint32_t link, double s) const noexcept {
 }
 
 void MechanismPath::divide_into_sections() noexcept {
+  // The base is a section that stands.
   sections_.clear();
   sections_.emplace_back().entry_W = X_WB_.p;
   const std::uint32_t base = mechanism_->base();
   section_of_[base] = standing_[base] = 0;
   reach_[base] = 0.0;
   half_[base] = X_WB_;
+  // Joint by joint outwards: its reach, section, pose half-way, and what stands before it.
   for (const std::uint32_t j : mechanism_->outwards()) {
     const Mechanism::Joint& joint = mechanism_->joints()[j];
     const bool is_fixed = joint.value == Mechanism::kNone;

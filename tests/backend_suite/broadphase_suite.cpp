@@ -180,9 +180,11 @@ struct ScenePaths {
   /// Leaves the scene's poses at the start of the paths. Returns the objects that have new ones.
   std::vector<std::uint32_t> draw(RandomScene& scene, std::mt19937_64& random) {
     std::vector<std::uint32_t> changed;
+    // The last paths' ends are these ones' starts.
     const bool first = X_WO_from.empty();
     X_WO_from = scene.X_WO;
     if (first) X_WO_to = scene.X_WO, bulge.assign(scene.solids.size(), 0.0);
+    // A third stays. What moved before or moves now is reported.
     for (std::uint32_t k = 0; k < scene.trees.size(); ++k) {
       const bool had_moved = X_WO_to[k].p != X_WO_from[k].p;
       const bool moves = random() % 3 != 0;
@@ -194,6 +196,7 @@ struct ScenePaths {
       }
       if (moves || had_moved || first) changed.push_back(k);
     }
+    // Solids' poses at both ends, and how far each turns off the straight line between them.
     from = scene.poses;
     scene.X_WO = X_WO_to;
     scene.place();

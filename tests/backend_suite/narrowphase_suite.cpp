@@ -81,6 +81,7 @@ TEST_P(NarrowphaseSuite, RoundedSolidsAreAnsweredOrRefused) {
   const Hexahedron cube = Hexahedron::from_size({2, 2, 2});
   const std::vector<Hexahedron> solids{cube, Hexahedron::sphere(0.5), Hexahedron::capsule(0.5, 1.0),
                                        cube.padded(0.25)};
+  // A backend without rounded solids names the first one.
   if (!capabilities().rounded_solids) {
     try {
       narrowphase->build(solids);
@@ -90,6 +91,7 @@ TEST_P(NarrowphaseSuite, RoundedSolidsAreAnsweredOrRefused) {
     }
     return;
   }
+  // The others answer the closed form: the lowest point over a face.
   const std::vector<double> lowest{-1.0, -0.5, -1.0, -1.25};  // of each solid, in its own frame
   for (std::size_t i = 1; i < solids.size(); ++i)
     for (const double separation : {0.125, -0.125}) {
@@ -109,6 +111,7 @@ TEST_P(NarrowphaseSuite, RoundedSolidsAreAnsweredOrRefused) {
 
 // Those that take up solids one by one answer as if they had been built with them, bit for bit.
 TEST_P(NarrowphaseSuite, SolidsTakenUpLaterAnswerAsBuilt) {
+  // One solid is replaced, another too, and one comes after them.
   const auto sized = [](double x, double y, double z) { return Hexahedron::from_size({x, y, z}); };
   std::vector<Hexahedron> solids{sized(1, 1, 1), sized(1, 2, 1), sized(1, 1, 3), sized(2, 1, 1)};
   narrowphase->build(solids);
@@ -117,6 +120,7 @@ TEST_P(NarrowphaseSuite, SolidsTakenUpLaterAnswerAsBuilt) {
   const std::vector<Hexahedron> last{sized(0.5, 0.5, 2), changed};
   if (!narrowphase->set_solids(1, std::span(&changed, 1))) return;
   ASSERT_TRUE(narrowphase->set_solids(3, last));
+  // A backend that is built of all these from the start answers the same.
   solids[1] = changed, solids[3] = last[0];
   solids.push_back(last[1]);
   const auto fresh = backends().make_narrowphase(GetParam());
@@ -241,6 +245,7 @@ TEST_P(NarrowphaseSuite, ManifoldOfARestingFaceHoldsTheDeepestPointAndItsArea) {
 }
 
 TEST_P(NarrowphaseSuite, ManifoldKeepsToItsSlots) {
+  // A block with another on top and one below, both in contact.
   if (!capabilities().manifold) return;
   const std::array solids = {Hexahedron::from_size({4, 4, 1}), Hexahedron::from_size({2, 1, 1}),
                              Hexahedron::from_size({2, 1, 1})};
@@ -250,6 +255,7 @@ TEST_P(NarrowphaseSuite, ManifoldKeepsToItsSlots) {
   const std::array pairs = {SolidPair{0, 1}, SolidPair{0, 2}};
   narrowphase->build(solids);
   const auto workspace = narrowphase->make_workspace();
+  // Whatever number of points is asked for: the deepest is among them, and the place after them is as it was.
   constexpr double kUntouched = -77.0;
   for (int max_points = 1; max_points <= kMaxManifoldPoints; ++max_points) {
     std::array<PairStatus, 2> status{};
@@ -344,6 +350,7 @@ TEST_P(NarrowphaseSuite, AnswersDoNotDependOnEarlierQueriesOrBatchSize) {
 
 TEST_P(NarrowphaseSuite, ThreadsGiveTheSameBitsAsOne) {
   if (!capabilities().thread_safe || !capabilities().deterministic) return;
+  // All pairs in one call.
   const Batch batch = mixed_batch();
   narrowphase->build(batch.solids);
   const Query query{.kind = capabilities().manifold ? QueryKind::manifold : QueryKind::overlap};
@@ -351,6 +358,7 @@ TEST_P(NarrowphaseSuite, ThreadsGiveTheSameBitsAsOne) {
   const auto workspace = narrowphase->make_workspace();
   narrowphase->evaluate({.pairs = batch.pairs, .poses = batch.poses, .query = query},
                         one.part(0, batch.pairs.size()), *workspace);
+  // Each in a call of its own, from four threads.
   constexpr std::size_t kThreads = 4;
   BatchAnswer many(batch.pairs.size());
   std::vector<std::thread> threads;

@@ -153,10 +153,12 @@ TEST_F(Bench, WhatCannotBeCapturedIsNamedBeforeTheRuns) {
 // ---- the site
 
 TEST_F(Bench, EveryRedCellOpensItsCaseAndAReproduction) {
+  // A site of results with wrong answers among them.
   make_corpus();
   measure("native edge_face", "ours");
   const Outcome made = bench("site " + at("site") + " " + at("ours.json") + " --corpus " + at("corpus"));
   ASSERT_EQ(made.code, 0) << made.err;
+  // Each red cell's link leads to its case, with a picture and a way to see it again.
   const std::string index = read(folder_ / "site" / "index.html");
   const std::regex link("href='(cases/[^'#]*)#([^']*)'");
   int links = 0;
@@ -170,6 +172,7 @@ TEST_F(Bench, EveryRedCellOpensItsCaseAndAReproduction) {
     EXPECT_THAT(text, HasSubstr("penetrating, signed distance -"));
   }
   EXPECT_GE(links, 1);  // edge_face misses what is contained
+  // Names are escaped, raw results are copied, and pages ask nothing of other hosts.
   EXPECT_THAT(index, HasSubstr("href='cases/containment.html#containment_edge_face_overlap'"));
   EXPECT_THAT(index, HasSubstr("flush &lt;boxes&gt;"));
   EXPECT_EQ(read(folder_ / "site" / "raw" / "ours.json"), read(folder_ / "ours.json"));

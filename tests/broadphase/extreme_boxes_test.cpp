@@ -73,6 +73,7 @@ Pairs surely_touching(const ExtremeScene& extreme) {
 TEST(ExtremeBoxes, NoPairIsMissedAndNativeFindsWhatBruteForceFinds) {
   std::size_t touching = 0;
   for (std::uint64_t seed = 0; seed < 400; ++seed) {
+    // Extreme sizes and places, with static objects and margins of any size.
     ExtremeScene extreme = extreme_scene(seed, 90);
     Scene& scene = extreme.scene;
     std::mt19937_64 random(seed + 1000);
@@ -80,6 +81,7 @@ TEST(ExtremeBoxes, NoPairIsMissedAndNativeFindsWhatBruteForceFinds) {
     if (seed % 3 == 0)
       for (std::uint8_t& flag : is_static) flag = random() % 3 == 0;
     const double margin = seed % 2 == 0 ? 0.0 : std::pow(10.0, static_cast<double>(random() % 200) - 100.0);
+    // Native finds what brute force finds; in scenes without static objects, all that touches.
     const auto brute_force = make("brute_force", scene, margin, is_static);
     const auto native = make("native", scene, margin, is_static);
     Pairs found = sweep(*native, 256);
@@ -89,6 +91,7 @@ TEST(ExtremeBoxes, NoPairIsMissedAndNativeFindsWhatBruteForceFinds) {
       touching += needed.size();
       ASSERT_TRUE(std::includes(found.begin(), found.end(), needed.begin(), needed.end())) << seed;
     }
+    // The same after a few have moved, and on paths.
     const std::vector<Pose> before = scene.poses;
     for (std::uint32_t few : {1u, 4u, 40u}) {
       std::vector<std::uint32_t> moved;

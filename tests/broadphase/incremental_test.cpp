@@ -46,6 +46,7 @@ void run_any_history(const std::string& name, Scene scene, double extent, bool i
   std::mt19937_64 random(33);
   Pairs some(7);
   int in_grid = 0;
+  // Few or many move in a frame, in any order, some named twice.
   for (int frame = 0; frame < 120; ++frame) {
     const std::uint64_t one_in[] = {kObjects * 10, kObjects, 100, 20, 3, 1};
     std::vector<std::uint32_t> moved;
@@ -59,6 +60,7 @@ void run_any_history(const std::string& name, Scene scene, double extent, bool i
     if (frame % 4 == 3) std::reverse(moved.begin(), moved.end());
     if (frame % 8 == 6) moved.insert(moved.end(), moved.begin(), moved.end());  // named twice
     broadphase->update(scene.poses, moved);
+    // Some lists are not asked for, some only begun.
     if (frame % 5 == 1) continue;
     if (frame % 3 != 2 && is_native) {
       Pairs by_place;
@@ -75,6 +77,7 @@ void run_any_history(const std::string& name, Scene scene, double extent, bool i
     PairCursor cursor;
     broadphase->find_pairs(cursor, some);
     if (frame % 5 == 2) continue;
+    // Now as built anew, and as brute force finds them.
     ASSERT_EQ(sweep(*broadphase, 64), sweep(*make("native", scene, 0.1, is_static), 4096)) << frame;
     if (frame % 20 == 0) {
       ASSERT_EQ(sweep(*broadphase, 64), sweep(*make("brute_force", scene, 0.1, is_static), 4096)) << frame;
@@ -219,6 +222,7 @@ TEST(NativeBroadphase, AllPairsAreThoseOfWhatMovedInTheFirstUpdate) {
 // or gone, and with `parts` solids each.
 void heap_up(std::uint32_t parts, bool on_paths) {
   constexpr std::uint32_t kObjects = 700;
+  // A heap of objects in each other, and a few in a row.
   Scene scene;
   std::mt19937_64 random(51);
   for (std::uint32_t object = 0; object < kObjects; ++object) {
@@ -228,6 +232,7 @@ void heap_up(std::uint32_t parts, bool on_paths) {
     scene.add(std::move(placed), X);
   }
   const std::vector<std::uint8_t> is_static = every(3, kObjects);
+  // Objects are taken away; all pairs of the rest are found, whatever the block's size.
   std::vector<Pairs> found;
   for (const char* name : {"native", "brute_force"}) {
     const auto broadphase = build(name, scene, 0.0, is_static);

@@ -35,10 +35,12 @@ struct Frames {
 
 void compare_with_one_thread(bool is_for_grid) {
   for (std::size_t count : {2, 3, 8}) {
+    // The same scene on one thread and on several.
     ThreadTeam team(count);
     Frames frames(is_for_grid);
     const auto alone = make("native", frames.scene, 0.1, frames.is_static);
     const auto together = make("native", frames.scene, 0.1, frames.is_static, &team);
+    // Pairs of poses, in both orders.
     for (std::uint32_t nth : {1u, 1u, 2u, 500u, 40u, 1u}) {
       const std::vector<std::uint32_t> moved = frames.step(nth);
       alone->update(frames.scene.poses, moved), together->update(frames.scene.poses, moved);
@@ -50,6 +52,7 @@ void compare_with_one_thread(bool is_for_grid) {
       ASSERT_EQ(by_place, by_one) << count << " threads, one in " << nth << " moved";
       EXPECT_EQ(is_by_place(by_place), is_for_grid && nth <= 2);
     }
+    // Pairs of paths.
     for (std::uint32_t nth : {1u, 700u, 1u}) {
       const std::vector<std::uint32_t> moved = frames.step(nth);
       std::vector<Pose> to = frames.scene.poses;

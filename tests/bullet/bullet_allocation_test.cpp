@@ -53,6 +53,7 @@ TEST(TOUCHSTONE_SUITE, EvaluateAllocatesNothing) {
 
 TEST(TOUCHSTONE_SUITE, BroadphaseAllocatesNothingAfterTheFirstUpdate) {
   const CountBulletToo guard;
+  // 200 objects in one place.
   std::mt19937_64 random(5);
   std::vector<HexahedronTree> trees;
   std::vector<std::uint32_t> moved;
@@ -63,6 +64,7 @@ TEST(TOUCHSTONE_SUITE, BroadphaseAllocatesNothingAfterTheFirstUpdate) {
   }
   std::vector<const HexahedronTree*> pointers;
   for (const HexahedronTree& tree : trees) pointers.push_back(&tree);
+  // Ten updates as they come apart and together, each asked for all pairs.
   {
     const auto broadphase = make_registry().make_broadphase(kBackend);
     broadphase->build({pointers, 0.1});

@@ -98,6 +98,7 @@ TEST(TOUCHSTONE_SUITE, SeveralPluginsMayGoInAnyOrder) {
   const std::array<Vector3, 4> tetrahedron = {Vector3(0, 0, 0), {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   for (const std::array<int, 3>& order :
        {std::array{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}}) {
+    // Two boxes and a hull, and three plug-ins in the dispatcher.
     btDefaultCollisionConfiguration configuration;
     Dispatcher dispatcher(&configuration);
     const auto before = dispatcher.tables();
@@ -111,6 +112,7 @@ TEST(TOUCHSTONE_SUITE, SeveralPluginsMayGoInAnyOrder) {
                                           : (i == 0 ? box : small).get());
     std::array<std::unique_ptr<BulletPlugin>, 3> plugins;
     for (auto& plugin : plugins) plugin = std::make_unique<BulletPlugin>(dispatcher);
+    // The newest that is left answers for boxes; the engine for the hull.
     for (const int first : order) {
       plugins[first].reset();
       const BulletPlugin* newest = nullptr;
@@ -302,6 +304,7 @@ struct CallbackCount {
 CallbackCount* counts = nullptr;
 
 TEST(TOUCHSTONE_SUITE, ContactCallbacksAreTheEngines) {
+  // Callbacks that count.
   CallbackCount count;
   counts = &count;
   gContactStartedCallback = [](btPersistentManifold* const&) { ++counts->started; };
@@ -315,6 +318,7 @@ TEST(TOUCHSTONE_SUITE, ContactCallbacksAreTheEngines) {
     ++counts->added;
     return true;
   };
+  // Contact starts; points are told of on request; contact ends.
   {
     CollisionScene scene(true);
     btCollisionObject& a = scene.add(make_box(1, 1, 1), at(0, 0, 0));
@@ -345,6 +349,7 @@ void* counted_for_bullet(size_t size) {
 TEST(TOUCHSTONE_SUITE, StepsWithoutNewPairsAllocateNothing) {
   btAlignedAllocSetCustom(counted_for_bullet, std::free);
   {
+    // A stack of boxes and hulls that shakes a little.
     CollisionScene scene(true);
     std::mt19937_64 random(3);
     std::uniform_real_distribution<double> size(0.8, 1.2);
@@ -361,6 +366,7 @@ TEST(TOUCHSTONE_SUITE, StepsWithoutNewPairsAllocateNothing) {
       }
       scene.world.performDiscreteCollisionDetection();
     };
+    // Once warm, nothing is allocated, and each step checks its nine pairs.
     for (int i = 0; i < 5; ++i) step(i);
     const std::size_t before = allocation_count() + bullet_allocations;
     for (int i = 0; i < 20; ++i) step(i);

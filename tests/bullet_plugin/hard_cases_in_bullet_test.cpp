@@ -103,6 +103,8 @@ TEST(TOUCHSTONE_SUITE, HardCasesAreRightWithOurCheckWhereTheEnginesIsWrong) {
       Truth truth{};
       Verdict verdicts[2];
       bool judged = true;
+      // The truth is of the solids as the engine stores them, in its precision; its check is asked first,
+      // then ours.
       for (const bool native : {false, true}) {
         CollisionScene scene(native);
         for (int i = 0; i < 2; ++i) scene.add(make_shape(pair.solids[i]), pair.X_WS[i]);
@@ -122,6 +124,7 @@ TEST(TOUCHSTONE_SUITE, HardCasesAreRightWithOurCheckWhereTheEnginesIsWrong) {
         verdicts[native] = judge(scene.query(), truth, native);
         EXPECT_EQ(scene.plugin ? scene.plugin->statistics().checks : 0u, native ? 1u : 0u) << hard.id;
       }
+      // Verdicts by check, and the cases that storing has changed.
       if (!judged) {
         flattened.push_back(hard.id);
         continue;
@@ -136,6 +139,7 @@ TEST(TOUCHSTONE_SUITE, HardCasesAreRightWithOurCheckWhereTheEnginesIsWrong) {
         of_another_class.push_back(hard.id);
     }
   }
+  // Ours has none wrong; the engine as many as ever.
   std::cout << cases << " cases: engine's own " << wrong_class[0] << " of the wrong class, " << wrong_depth[0]
             << " of wrong depth; ours " << wrong_class[1] << ", " << wrong_depth[1] << "\n";
   EXPECT_THAT(ours_wrong, testing::IsEmpty());

@@ -173,6 +173,7 @@ TEST(TOUCHSTONE_SUITE, WhatRoundingMakesOfTouchingIsTouchingForTheSolver) {
 }
 
 TEST(TOUCHSTONE_SUITE, FourPointsKeepTheDeepestAndHalfTheArea) {
+  // The leaning box has eight corners in the other one.
   CollisionScene scene(true);
   scene.add(make_box(1, 1, 1), at(0, 0, 0));
   Pose X = at(0, 0, 0.95);  // turned by 45 degrees and leaning: eight corners of unlike depth
@@ -184,6 +185,7 @@ TEST(TOUCHSTONE_SUITE, FourPointsKeepTheDeepestAndHalfTheArea) {
   scene.add(make_box(1, 1, 1), X);
   btPersistentManifold& manifold = scene.detect();
   ASSERT_EQ(manifold.getNumContacts(), 4);
+  // The deepest is among the four.
   double deepest = 0;
   btVector3 p[4];
   for (int k = 0; k < 4; ++k) {
@@ -191,6 +193,7 @@ TEST(TOUCHSTONE_SUITE, FourPointsKeepTheDeepestAndHalfTheArea) {
     p[k] = manifold.getContactPoint(k).getPositionWorldOnB();
   }
   EXPECT_LT(deepest, -0.05);
+  // Of any two of them as a diagonal, the largest area.
   double area = 0;
   for (int i = 0; i < 4; ++i)
     for (int j = i + 1; j < 4; ++j) {
@@ -245,6 +248,7 @@ TEST(TOUCHSTONE_SUITE, UserDataGoesWithItsPointAndIsGivenBackOnce) {
 }
 
 TEST(TOUCHSTONE_SUITE, AnAnchoredPointStaysUntilItsFrictionIsUsedUp) {
+  // Four points, of which two have used up their friction.
   CollisionScene scene(true);
   btCollisionObject& a = scene.add(make_box(2, 2, 1), at(0, 0, 0));
   btCollisionObject& b = scene.add(make_box(1, 1, 1), at(0, 0, 0.98));
@@ -258,6 +262,7 @@ TEST(TOUCHSTONE_SUITE, AnAnchoredPointStaysUntilItsFrictionIsUsedUp) {
     point.m_appliedImpulse = 8;
     point.m_appliedImpulseLateral1 = k < 2 ? 1 : 7;  // friction 0.25: the last two slide
   }
+  // As the box slides by a millimetre those two go with it.
   b.setWorldTransform(to_engine(at(0.001, 0, 0.98)));
   scene.detect();
   int anchored = 0;

@@ -15,6 +15,7 @@ using namespace TOUCHSTONE_BULLET_NAMESPACE;
 
 /// Boxes whose faces are about to touch, apart or in by what rounding makes and by more, near and far away.
 TEST(TOUCHSTONE_SUITE, WhatAFacePartsIsApart) {
+  // Numbers as the engine stores them.
   std::mt19937_64 random(11);
   const auto draw = [&] { return 2.0 * static_cast<double>(random() >> 11) * 0x1p-53 - 1.0; };
   const auto number = [&](double middle, double width) { return to_engine(middle + width * draw()); };
@@ -24,6 +25,7 @@ TEST(TOUCHSTONE_SUITE, WhatAFacePartsIsApart) {
   native::SolidStore store;
   int parted = 0, apart = 0, wrong = 0;
   for (int i = 0; i < 20000; ++i) {
+    // Two boxes whose faces are next to each other across an axis, with a gap or in each other.
     const double far = i % 3 == 0 ? 1e3 : 1.0;
     const btBoxShape a(btVector3(number(0.6, 0.5), number(0.6, 0.5), number(0.6, 0)));
     const btBoxShape b(btVector3(number(0.6, 0), number(0.6, 0.5), number(0.6, 0.5)));
@@ -34,6 +36,7 @@ TEST(TOUCHSTONE_SUITE, WhatAFacePartsIsApart) {
     const btScalar reach = a.getHalfExtentsWithMargin()[axis] + b.getHalfExtentsWithMargin()[axis];
     const btTransform X_b(i % 2 == 0 ? turn : rotation(),
                           X_a.getOrigin() + X_a.getBasis().getColumn(axis) * (reach + to_engine(gap)));
+    // What the face parts, and what the exact class is.
     PartingFace face;
     const bool is_parted = face.parts(X_a, a.getHalfExtentsWithMargin(), X_b, b.getHalfExtentsWithMargin());
     native::PairAnswer answer;

@@ -122,6 +122,7 @@ struct CrowdRun {
 };
 
 CrowdRun run_crowd(int bodies, int steps, bool threaded) {
+  // A world of the engine's with our check.
   btDefaultCollisionConfiguration configuration;
   std::unique_ptr<btCollisionDispatcher> dispatcher;
   if (threaded)
@@ -133,6 +134,7 @@ CrowdRun run_crowd(int bodies, int steps, bool threaded) {
   btCollisionWorld world(dispatcher.get(), &broadphase, &configuration);
   std::vector<Mover> crowd = make_crowd(bodies);
   for (Mover& mover : crowd) place(mover, 0), world.addCollisionObject(mover.object.get());
+  // Each step's time and manifolds.
   CrowdRun run;
   for (int step = 0; step < steps; ++step) {
     for (Mover& mover : crowd) place(mover, step);
@@ -187,6 +189,7 @@ struct PileRun {
 
 /// Bodies that fall on a floor between four walls.
 PileRun run_pile(int bodies, int steps, bool ours) {
+  // The engine's world for threads, with our check or its own.
   btDefaultCollisionConfiguration configuration;
   btCollisionDispatcherMt dispatcher(&configuration, 16);
   std::optional<touchstone::BulletPlugin> plugin;
@@ -197,6 +200,7 @@ PileRun run_pile(int bodies, int steps, bool ours) {
   world.setGravity(btVector3(0, 0, -9.81));
   std::vector<std::unique_ptr<btCollisionShape>> shapes;
   std::vector<std::unique_ptr<btRigidBody>> all;
+  // A floor, four walls, and bodies in layers.
   const auto add = [&](std::unique_ptr<btCollisionShape> shape, double mass, const btVector3& p) {
     btVector3 inertia(0, 0, 0);
     if (mass > 0) shape->calculateLocalInertia(mass, inertia);
@@ -215,12 +219,14 @@ PileRun run_pile(int bodies, int steps, bool ours) {
   for (int i = 0; i < bodies; ++i)
     add(make_shape(random, i), 1,
         btVector3(i % 6 - 2.5, i / 6 % 6 - 2.5, 0) * 1.5 + btVector3(0, 0, 1 + i / 36 * 1.5));
+  // Time of the steps.
   PileRun run;
   for (int step = 0; step < steps; ++step) {
     const Clock::time_point start = Clock::now();
     world.stepSimulation(1.0 / 120, 0, 1.0 / 120);
     run.milliseconds += milliseconds_since(start) / steps;
   }
+  // How deep bodies are in each other, and whether one fell through the floor.
   for (int i = 0; i < dispatcher.getNumManifolds(); ++i)
     for (int k = 0; k < dispatcher.getManifoldByIndexInternal(i)->getNumContacts(); ++k)
       run.deepest =

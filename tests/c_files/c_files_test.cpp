@@ -145,6 +145,7 @@ TEST(Scene, AWorldOfItsOwnIsNone) {
 
 // Coarser hexahedra come with the file, and are looked at: what does not hold the finer ones is refused.
 TEST(Scene, LevelsComeWithTheFile) {
+  // A block with a coarse level, which has to hold it.
   const std::string path = testing::TempDir() + "/levels_in_c.yaml";
   touchstone_world* made = nullptr;
   const auto load = [&](const std::string& size) {
@@ -166,8 +167,10 @@ objects:
 )";
     return touchstone_load_scene("native", path.c_str(), nullptr, 0, &made);
   };
+  // A level that does not is refused by name.
   ASSERT_EQ(load("[0.9, 2, 2]"), TOUCHSTONE_BAD_INPUT);
   EXPECT_THAT(touchstone_error(), HasSubstr("block"));
+  // Flown at a wall the block stops where its own faces meet it.
   ASSERT_EQ(load("[2, 2, 2]"), TOUCHSTONE_OK) << touchstone_error();
   const OwnedWorld world(made);
   touchstone_report report{};

@@ -118,6 +118,7 @@ std::vector<Hexahedron> rounded_and_plain() {
 }
 
 TEST(CInterface, RoundedSolidsGiveTheBitsOfCpp) {
+  // The same solids over C and in C++.
   const std::vector<Hexahedron> solids = rounded_and_plain();
   const auto native = make_native();
   native->build(solids);
@@ -128,6 +129,7 @@ TEST(CInterface, RoundedSolidsGiveTheBitsOfCpp) {
   ASSERT_EQ(touchstone_build_rounded(c.narrowphase.get(), corners.data(), radii.data(), solids.size()),
             TOUCHSTONE_OK)
       << touchstone_error();
+  // All pairs in random poses: the same classes and bits.
   std::vector<SolidPair> pairs;
   for (SolidIndex a = 0; a < solids.size(); ++a)
     for (SolidIndex b = a + 1; b < solids.size(); ++b) pairs.push_back({a, b});
@@ -270,6 +272,7 @@ TEST(CInterface, PosesAreThoseOfCpp) {
 
 // The allowed answers of each backend, and invalid ones.
 TEST(AnswerCheck, BrokenAnswersAreNamed) {
+  // Answers that are whole.
   const Query distance{.kind = QueryKind::distance}, overlap{}, manifold{.kind = QueryKind::manifold},
       near{.kind = QueryKind::distance, .max_separation = 1.0};
   const PairGeometry good{0.5, {1, 0, 0}, {0, 0, 0}, {0.5, 0, 0}, 0};
@@ -282,9 +285,11 @@ TEST(AnswerCheck, BrokenAnswersAreNamed) {
   EXPECT_EQ(check(overlap, PairStatus::separated, no_geometry()), "");
   EXPECT_EQ(check(distance, PairStatus::failed, no_geometry()), "");
   EXPECT_EQ(check(near, PairStatus::separated, no_geometry(kInfinity)), "");
+  // An infinite separation is one only beyond the distance asked for.
   EXPECT_THAT(check(distance, PairStatus::separated, no_geometry(kInfinity)), HasSubstr("separation"));
   EXPECT_THAT(check(near, PairStatus::overlapping, no_geometry(kInfinity)), HasSubstr("separation"));
   EXPECT_THAT(check(near, PairStatus::separated, no_geometry(-kInfinity)), HasSubstr("separation"));
+  // One field after another is broken.
   EXPECT_THAT(check(overlap, static_cast<PairStatus>(5), good), HasSubstr("status"));
   PairGeometry bad = good;
   bad.n_AB_W = {0, 0, 0};

@@ -289,6 +289,7 @@ TEST_F(Options, WeightsDecideWhichJointYieldsAsInCpp) {
   const std::vector<double> start = {0.5, 0.0}, goal = {0.5, 0.8}, weights = {100.0, 1.0};
   const Hexahedron wall = Hexahedron::from_size({0.1, 4, 4});
   const Pose X_WWall = at(1.0, 0, 0);
+  // Slides along the wall over C, with weights of its joints and without.
   const auto slid = [&](const std::vector<double>& given) {
     world = made_world();
     options.weights = given.data();
@@ -305,6 +306,7 @@ TEST_F(Options, WeightsDecideWhichJointYieldsAsInCpp) {
   EXPECT_LT(weighted[0] - 0.5, 0.5 * (alike[0] - 0.5));  // what is heavy turns less
   EXPECT_LT(weighted[1], alike[1]);
 
+  // The same arm in C++.
   BackendRegistry registry;
   register_core(registry);
   ContactWorld cpp(make_native(), registry.make_broadphase("native"), kDefaultGap);
@@ -322,6 +324,7 @@ TEST_F(Options, WeightsDecideWhichJointYieldsAsInCpp) {
   }
   const MechanismHandle arm = cpp.add_mechanism(
       {std::make_shared<const Mechanism>(std::move(description)), Pose{}, start, {}, weights});
+  // The same wall, rule and command: the same bits.
   PairRule rule;
   rule.policy = ContactPolicy::slide;
   cpp.set_default_rule(rule);

@@ -82,6 +82,7 @@ Pose start_of(int i) { return at(1.2 * (i % 5), 1.2 * (i / 5 % 4), 1.2 * (i / 20
 class SameAsCpp : public testing::TestWithParam<ContactPolicy> {};
 
 TEST_P(SameAsCpp, PosesAndEvents) {
+  // The same boxes, rule and latch in both worlds.
   BackendRegistry registry;
   register_core(registry);
   ContactWorld cpp(make_native(), registry.make_broadphase("native"), kDefaultGap);
@@ -106,6 +107,7 @@ TEST_P(SameAsCpp, PosesAndEvents) {
   ASSERT_EQ(touchstone_latch(c.world.get(), c.objects[1], c.objects[2]), TOUCHSTONE_OK);
   Random random(2111);
   std::size_t events = 0;
+  // The same commands; half of the way one pair is switched off.
   for (int frame = 0; frame < 25; ++frame) {
     if (frame == 12) {
       cpp.select(SelectionChange::of(handles[3], handles[4], false));
@@ -120,6 +122,7 @@ TEST_P(SameAsCpp, PosesAndEvents) {
       commands.push_back(cpp.go_to(handles[i], goal));
       c_commands.push_back({c.objects[i], c_pose(goal)});
     }
+    // Reports, events and poses have the same bits.
     const FrameReport report = cpp.frame(commands);
     const touchstone_report got = c.frame(c_commands);
     ASSERT_EQ(got.event_count, report.events.size()) << frame;
@@ -248,6 +251,7 @@ struct TwoWorlds {
 
   /// One frame of both; every pose, cut and hand must have the same bits. Returns how many were cut off.
   std::size_t step() {
+    // The same random commands in both.
     std::vector<MotionCommand> commands;
     std::vector<touchstone_command> c_commands;
     for (std::size_t i = 0; i < handles.size(); ++i) {
@@ -259,6 +263,7 @@ struct TwoWorlds {
     }
     const FrameReport report = cpp->frame(commands);
     c.frame(c_commands);
+    // What was cut off and what hands feel.
     const touchstone_object* cut = nullptr;
     const touchstone_feel* felt = nullptr;
     std::size_t cuts = 99, feels = 99;
@@ -276,6 +281,7 @@ struct TwoWorlds {
       EXPECT_TRUE(same_bits(felt[i].moment_W, report.felt[i].moment_W));
       largest_force = std::max(largest_force, std::abs(felt[i].force_W[0]));
     }
+    // Poses.
     for (std::size_t i = 0; i < handles.size(); ++i)
       EXPECT_TRUE(same_bits(c.pose(c.objects[i]), cpp->actual_pose(handles[i]))) << i;
     return cuts;
@@ -415,11 +421,13 @@ TEST_F(BadWorldCalls, UnknownNamesAndFigures) {
 }
 
 TEST_F(BadWorldCalls, BudgetsHandsAndGroups) {
+  // Budgets.
   const touchstone_slide_budget backwards{1, -1.0, 1};
   refused(touchstone_set_slide_budget(c.world.get(), &backwards), "a slide budget of -1");
   touchstone_slide_budget budget{};
   ASSERT_EQ(touchstone_get_slide_budget(c.world.get(), &budget), TOUCHSTONE_OK);
   EXPECT_TRUE(std::isinf(budget.seconds));
+  // Hands.
   touchstone_hand hand = kSoftHand;
   hand.translation[1] = 0.0;
   EXPECT_EQ(touchstone_set_hand(c.world.get(), box, &hand), TOUCHSTONE_BAD_INPUT);
@@ -428,6 +436,7 @@ TEST_F(BadWorldCalls, BudgetsHandsAndGroups) {
   EXPECT_EQ(touchstone_set_hand(c.world.get(), box, &hand), TOUCHSTONE_BAD_INPUT);
   hand.X_OT = c_pose(Pose{});
   EXPECT_EQ(touchstone_set_hand(c.world.get(), TOUCHSTONE_NO_OBJECT, &hand), TOUCHSTONE_BAD_INPUT);
+  // Missing worlds and names, and policies that there are not.
   refused(touchstone_set_hand(nullptr, box, nullptr), "world: is NULL");
   refused(touchstone_set_group_policy(c.world.get(), "a", nullptr, TOUCHSTONE_HOLD, 0.0), "second: is NULL");
   refused(touchstone_set_group_policy(c.world.get(), "a", "b", 9, 0.0), "policy: 9 is none");
@@ -435,6 +444,7 @@ TEST_F(BadWorldCalls, BudgetsHandsAndGroups) {
   EXPECT_EQ(touchstone_select_group(c.world.get(), std::string(4096, 'x').c_str(), 1), TOUCHSTONE_BAD_INPUT);
   refused(touchstone_get_feels(c.world.get(), nullptr, nullptr), "out: is NULL");
   refused(touchstone_get_cut_off(c.world.get(), nullptr, nullptr), "out: is NULL");
+  // A group without a name, when an object is added.
   const std::vector<double> good = c_interface::corners_of(std::vector{Hexahedron::from_size({1, 1, 1})});
   const touchstone_pose X = c_pose(at(9, 0, 0));
   touchstone_object made = 5;

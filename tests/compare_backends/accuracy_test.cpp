@@ -126,6 +126,7 @@ TEST_F(Judged, CostsFollowTheRules) {
 
 // The same answers, asked for less.
 TEST_F(Judged, WhatIsNotAskedForCostsNothing) {
+  // One pair, 0.25 m apart, and the cost of its distance by each kind of question.
   Options options;
   options.backends = {"right"};
   MeasureOptions measure;
@@ -141,11 +142,14 @@ TEST_F(Judged, WhatIsNotAskedForCostsNothing) {
       each[a] = errors.charges[index_of(QueryKind::distance)][a].cost;
     return each;
   };
+  // Missing witness points cost those who ask for points.
   geometry.p_A_W.x() = kNaN;
   const double missing = 0.25 + 2 * size_;
   EXPECT_THAT(costs(), ::testing::ElementsAre(0.0, 0.0, missing, missing));
+  // A wrong normal costs those who ask for normals or points.
   geometry = {0.25, Vector3::UnitY(), {0.5, 0, 0}, {0.75, 0, 0}, 0};  // B is 1 m behind A along y
   EXPECT_THAT(costs(), ::testing::ElementsAre(0.0, 1.25, ::testing::Gt(0.25), 1.25));
+  // A wrong separation costs all; no more than the true one where the answer is undecided.
   geometry = {0.5, Vector3::UnitX(), {0.5, 0, 0}, {1.0, 0, 0}, 0};
   EXPECT_EQ(costs()[0], 0.25);
   answers[0].queries[index_of(QueryKind::distance)].status[0] = PairStatus::undecided;
@@ -158,6 +162,7 @@ TEST(HeldByDoubles, ErrorsOfTwoUlpsOfTheCoordinatesCostNothing) {
   testing::CubeOracle oracle;
   const double far = 0x1p20, ulp = 0x1p-32;  // about 1e6 m
   EXPECT_EQ(held_by_doubles(far), 2 * ulp);
+  // A pair far from the origin, whose separation is off by two units in the last place of its coordinates.
   PairSet set = testing::cubes({0.25});
   for (Pose& X : set.poses) X.p.y() += far;
   const std::vector<PairTruth> truth = {{PairClass::separated, 0.25, Vector3::UnitX(), true}};
@@ -174,6 +179,7 @@ TEST(HeldByDoubles, ErrorsOfTwoUlpsOfTheCoordinatesCostNothing) {
         .charges[index_of(QueryKind::distance)][0]
         .cost;
   };
+  // That is free; three units cost all three.
   EXPECT_EQ(value_cost(), 0.0);
   answers.queries[index_of(QueryKind::distance)].geometry[0].separation = 0.25 + 3 * ulp;
   EXPECT_EQ(value_cost(), 3 * ulp);

@@ -92,6 +92,7 @@ class RealRun : public ::testing::Test {
 #ifdef BULLET_SINGLE_WORKER
     backends.workers.push_back(describe_worker(BULLET_SINGLE_WORKER));
 #endif
+    // Answers and errors of all backends on a few families, each pair kept for counting.
     std::vector<SetResult> results;
     for (const char* family :
          {"random", "near_1e-3", "near_1e-7", "resting", "tapered", "slabs_needles", "far"}) {
@@ -111,6 +112,7 @@ class RealRun : public ::testing::Test {
           errors.push_back(case_errors(kept.posed[i], kept.truth[i], *oracle_, answers, i));
       }
     }
+    // Sets of choices as results.json has them.
     Report report;
     report.has_truth = true;
     report.choices = choice_sets(results);
@@ -238,6 +240,7 @@ TEST_F(RealRun, OffTheGridVerdictsErrToTheSafeSide) {
 // none.)
 TEST_F(RealRun, EveryBudgetHasItsOwnBackendsOverOrdinaryFamilies) {
 #ifdef BULLET_SINGLE_WORKER
+  // For each budget the backends inside it, each counted pair by pair.
   for (const QueryKind query : {QueryKind::distance, QueryKind::manifold}) {
     std::vector<std::set<std::string>> by_budget;
     for (const double budget : {1e-9, 1e-6, 1e-3, 1e-2}) {
@@ -253,6 +256,7 @@ TEST_F(RealRun, EveryBudgetHasItsOwnBackendsOverOrdinaryFamilies) {
         expect_counted(candidate, choice, count.cases, count.beyond, count.unsupported, count.worst);
       }
     }
+    // A larger budget has all of a smaller one's backends, and more.
     for (std::size_t i = 1; i < by_budget.size(); ++i) {
       EXPECT_GT(by_budget[i].size(), by_budget[i - 1].size()) << to_string(query) << i;
       EXPECT_TRUE(std::includes(by_budget[i].begin(), by_budget[i].end(), by_budget[i - 1].begin(),

@@ -91,6 +91,7 @@ TEST(Diff, WhatOneOfTheTwoCannotKnowIsNotCalledUnchanged) {
 }
 
 TEST(Diff, ReadsFramesAndBroadphases) {
+  // A broadphase and a scene without faults.
   Report before = made_up(100, 50, 0, 0);
   BroadphaseResult broadphase;
   broadphase.name = "sweep";
@@ -105,11 +106,13 @@ TEST(Diff, ReadsFramesAndBroadphases) {
   scene.frames = 50;
   scene.backends.emplace_back().name = "some";
   before.scenes = {scene};
+  // The same with faults.
   Report after = before;
   after.broadphases[0].missed = 5;
   after.broadphases[0].allocations = 3;
   after.scenes[0].backends[0].missed_frames = 11;
   after.scenes[0].backends[0].worst_clearance_error = 0.25;
+  // The difference names each, and nothing where none is.
   const std::string text = diff(before, after);
   EXPECT_THAT(text, HasSubstr("0 of 777  5 of 777"));
   EXPECT_THAT(text, HasSubstr("0 of 50  11 of 50"));

@@ -159,6 +159,7 @@ TEST_F(PageScript, DecidesAsTheProgramOnFiveHundredChoices) {
 // A real run's page against the command line on that run's results.json.
 TEST_F(PageScript, OfARealRunSaysWhatTheCommandLineSays) {
   if (std::string_view(NODE).empty()) GTEST_SKIP() << "no node";
+  // A run, and what the page's script says of random choices.
   const std::string report = (folder_ / "report").string();
   const auto command = [&](const std::string& arguments) {
     const std::filesystem::path out = folder_ / "said";
@@ -176,6 +177,7 @@ TEST_F(PageScript, OfARealRunSaysWhatTheCommandLineSays) {
   const nlohmann::json seen = in_node(results.at("choices").dump(), asked);
   expect_all_said(seen, sets, asked);
   EXPECT_THAT(read(report + "/report.html"), ::testing::HasSubstr(std::string(embedded_text("decide.js"))));
+  // The command says the same of the first twelve.
   int counted = 0;
   for (std::size_t i = 0; i < asked.size() && counted < 12; ++i) {
     if (decide(sets, choice_from(asked[i])).is_empty()) continue;

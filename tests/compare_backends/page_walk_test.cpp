@@ -114,6 +114,7 @@ TEST_F(PageWalk, NoTextOfAFigureIsCutOrLiesOnAnother) {
 
 // Thirteen backends whose lines end at nearly the same heights, and one that ends early.
 TEST_F(PageWalk, LabelsOfManyLinesStandApart) {
+  // Thirteen lines of threads, close together.
   Report report;
   for (int b = 0; b < 13; ++b) {
     report.backends.emplace_back(fmt::format("backend_of_some_{}", b), "made up");
@@ -126,6 +127,7 @@ TEST_F(PageWalk, LabelsOfManyLinesStandApart) {
       report.thread_runs.push_back(run);
     }
   }
+  // Three lines of broadphases, with one gap.
   for (const std::size_t objects : {100u, 1000u, 10000u}) {
     for (const char* name : {"backend_of_some_0", "brute_force", "late"}) {
       BroadphaseResult result;
@@ -137,6 +139,7 @@ TEST_F(PageWalk, LabelsOfManyLinesStandApart) {
       if (objects < 10000 || result.name != "brute_force") report.broadphases.push_back(result);
     }
   }
+  // No label is cut or over another one.
   const nlohmann::json seen = look(html_report(report), kTexts);
   ASSERT_TRUE(seen["found"].is_object()) << seen;
   EXPECT_EQ(seen["found"]["cut"], nlohmann::json::array());

@@ -28,6 +28,7 @@ TEST_F(Program, TheFiguresOnThePageAndInTheTerminalAreThoseOfTheJson) {
   const auto json = nlohmann::json::parse(read(folder_ / "report/results.json"));
   const std::string page = read(folder_ / "report/report.html");
   std::size_t times = 0;
+  // Times of all sets.
   for (const auto& set : json["pair_sets"]) {
     for (const auto& backend : set["backends"]) {
       for (const char* query : {"overlap", "distance", "manifold"}) {
@@ -46,6 +47,7 @@ TEST_F(Program, TheFiguresOnThePageAndInTheTerminalAreThoseOfTheJson) {
     }
   }
   EXPECT_GT(times, 60u);
+  // Wrong answers of the rankings.
   for (const auto& ranking : json["rankings"]) {
     for (const auto& standing : ranking["standings"]) {
       const std::size_t missed = standing["wrong"]["missed"].get<std::size_t>();
@@ -53,6 +55,7 @@ TEST_F(Program, TheFiguresOnThePageAndInTheTerminalAreThoseOfTheJson) {
       EXPECT_THAT(page, HasSubstr(touchstone::program::format_count(missed) + " missed</span>"));
     }
   }
+  // The terminal's lines fit.
   std::istringstream lines(outcome.out);
   for (std::string line; std::getline(lines, line);) {
     if (line.starts_with("g++ ") || line.starts_with("clang ")) continue;  // the compiler's flags
@@ -80,12 +83,14 @@ TEST_F(Program, TablesComeAsTheyAreMeasuredOnceEachWithTheShareOfTheWhole) {
 }
 
 TEST_F(Program, BadInputIsOneLineExitCode2AndNoReport) {
+  // Files with faults.
   const std::string broken_json = write("broken.json", "[{\"id\": ").string();
   const std::string broken_yaml = write("broken.yaml", "name: x\nobjects: [").string();
   const std::string insertion = " --scene " SCENES "/oru_insertion.yaml";
   fs::create_directory(folder_ / "other");
   const std::string other_insertion =
       write("other/oru_insertion.yaml", read(SCENES "/oru_insertion.yaml")).string();
+  // Options alone, and options that the scene does not go with.
   for (const std::string& arguments :
        std::vector<std::string>{"--backend nothing",
                                 "--families nothing",

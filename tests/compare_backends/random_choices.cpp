@@ -39,12 +39,14 @@ ChoiceSet made_up_set(Random& random, const std::string& name) {
   ChoiceSet set;
   set.name = name;
   set.cases = 1000;
+  // The truth of each pair: a tenth touches.
   std::vector<Truth> truth;
   for (std::size_t i = 0; i < set.cases; ++i) {
     const double separation = random.sign() * (i % 10 == 0 ? 0.0 : random.binary_scale(-30, 6));
     truth.push_back({separation, random.uniform(0.2, 2), random.binary_scale(-1, 24)});
   }
   for (std::size_t i = 0; i < set.cases; ++i) set.ids.push_back(name + ":" + std::to_string(i));
+  // Nine backends, some without times or allocations; one set lacks one of them.
   for (int b = 0; b < 9; ++b) {
     if (b == 6 && name == "one") continue;
     ChoiceSet::Backend& backend = set.backends.emplace_back();

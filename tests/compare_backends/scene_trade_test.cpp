@@ -220,6 +220,7 @@ TEST(Trade, ABackendCostsWhatItMistakesAndNothingElse) {
 
 TEST_F(TradeTest, ThePairsThatDecideLeaveNoFrameWithoutItsLeast) {
   Random random(7);
+  // Solids that fly past each other.
   PairSet set;
   constexpr std::size_t kSolids = 9, kFrames = 450;  // more than two passes
   std::vector<Pose> at;
@@ -237,12 +238,14 @@ TEST_F(TradeTest, ThePairsThatDecideLeaveNoFrameWithoutItsLeast) {
       set.poses.push_back(at[i]);
       at[i].p += velocity[i];
     }
+  // Of all pairs those that decide, the same on any number of threads.
   const double reach = 0.01;
   const std::vector<std::size_t> chosen = pairs_that_decide(set, reach, *oracle_, 2);
   EXPECT_LT(chosen.size(), set.pairs.size());
   EXPECT_EQ(chosen, pairs_that_decide(set, reach, *oracle_, 1));
   std::vector<bool> is_chosen(set.pairs.size());
   for (const std::size_t p : chosen) is_chosen[p] = true;
+  // In each frame the least of these is the least of all, and all within reach are among them.
   for (std::size_t f = 0; f < kFrames; ++f) {
     double least = kInfinity, least_of_chosen = kInfinity;
     for (std::size_t p = 0; p < set.pairs.size(); ++p) {
@@ -257,6 +260,7 @@ TEST_F(TradeTest, ThePairsThatDecideLeaveNoFrameWithoutItsLeast) {
 }
 
 TEST(Covers, EncloseWhatHangsBelowAndEndAtTheHexahedra) {
+  // A ring of eight parts and a box.
   Scene scene;
   scene.name = "made up";
   scene.frame_rate = 10;
@@ -267,6 +271,7 @@ TEST(Covers, EncloseWhatHangsBelowAndEndAtTheHexahedra) {
   scene.objects.push_back(
       {HexahedronTree({{"box", Hexahedron::from_size({1, 1, 1}), {}}}, "box"), {}, {}, {}});
   ASSERT_EQ(cover_levels(scene), 3);
+  // Level by level the ring's cover gets more hexahedra; the box is its own.
   std::size_t before = 0;
   for (int level = 0; level < 3; ++level) {
     const Scene covered = with_covers(scene, level);
@@ -276,6 +281,7 @@ TEST(Covers, EncloseWhatHangsBelowAndEndAtTheHexahedra) {
     EXPECT_GT(instance.solids().size(), before);
     before = instance.solids().size();
   }
+  // The first level encloses the ring.
   const PlacedHexahedron& root = with_covers(scene, 0).objects[0].tree.solids()[0];
   const double corner = 2 / std::cos(kPi / 8) * std::cos(kPi / 8);  // a facet faces +-x and +-y
   EXPECT_NEAR(root.solid.half_extents().x(), corner, 1e-15);

@@ -208,6 +208,7 @@ TEST_F(Shards, OtherMachinesAreNamed) {
 
 TEST_F(Shards, ASetThatIsNotItsShardsIsNamed) {
   const std::string first = shard(small(), "1/2", "a"), second = shard(small(), "2/2", "a");
+  // Lists of a set that are longer or shorter than its pairs.
   const auto expect = [&](const std::function<void(comparison::SetAnswers&)>& change) {
     expect_refused(first + " " + with_set(second, change), "forged.bin: its set 'touching' has ");
   };
@@ -221,12 +222,14 @@ TEST_F(Shards, ASetThatIsNotItsShardsIsNamed) {
   expect([](auto& set) { set.truth.emplace_back(); });
   expect([](auto& set) { set.errors.emplace_back(); });
 
+  // Bytes that end too early or too late.
   const std::string bytes = read(second);
   const std::string head = bytes.substr(0, bytes.find('\n')), set = bytes.substr(head.size() + 1);
   expect_refused(first + " " + with_bytes(head, std::string(8, '\xff')), "its set 'touching' is truncated");
   expect_refused(first + " " + with_bytes(head, set + "more"),
                  "its set 'touching' has more than its lists say");
 
+  // Points that are missing, though answers have them.
   const std::string what = "--pairs " + at("pairs.json") + " --repetitions 1 --backend native";
   const auto without_points = [](auto& pairs) { pairs.answers[0].queries[2].points.clear(); };
   const Outcome merged = merge(with_set(shard(what, "1/1", "pairs"), without_points));

@@ -31,6 +31,7 @@ Json backend(const std::string& name, const Json& of_query) {
 }
 
 Json results() {
+  // A run of two backends, of which one has unsupported pairs and a gap among broadphases.
   return {
       {"version", "1.2.3"},
       {"date", "2026-11-27"},

@@ -30,6 +30,7 @@ constexpr const char* kPairs = R"([
 
 // "Contacts only, 0.1 mm, one in a thousand may be off: what is fastest for this file of pairs?"
 TEST_F(Program, OneCommandChoosesForTheContactsOfAFileOfPairs) {
+  // Four of the six pairs are in contact.
   std::string cases;
   for (int i = 0; i < 6; ++i) {
     cases += fmt::format(
@@ -44,6 +45,7 @@ TEST_F(Program, OneCommandChoosesForTheContactsOfAFileOfPairs) {
   const auto json = nlohmann::json::parse(read(folder_ / "report/results.json"));
   if (!json["measured_against_exact"]) GTEST_SKIP() << "no truth, no verdict";
   const auto& verdict = json["verdicts"][0];
+  // The verdict counts contacts alone, and says so.
   EXPECT_FALSE(verdict["fastest"].is_null()) << verdict;
   EXPECT_EQ(verdict["cases"], 4);
   EXPECT_EQ(verdict["of_cases"], 6);
@@ -53,6 +55,7 @@ TEST_F(Program, OneCommandChoosesForTheContactsOfAFileOfPairs) {
   EXPECT_THAT(sentence, HasSubstr("of 4 of 6 cases"));
   for (const auto& candidate : verdict["candidates"]) EXPECT_EQ(candidate["cases"], 4);
 
+  // Classes, sets and limits of which nothing is left are errors.
   const std::string results = (folder_ / "report/results.json").string();
   const Outcome empty = run("decide " + results + " --max-error 1 --classes deep");
   EXPECT_EQ(empty.code, 2);
@@ -137,6 +140,7 @@ TEST_F(Program, ASceneOfMoreFramesThanThereIsRoomForIsRefusedByFile) {
 }
 
 TEST_F(Program, ABadSceneIsRefusedByFileLineAndObject) {
+  // Each content, the line of its fault, and the name in it that the message has.
   const std::string box = "hexahedra:\n      - {name: body, box: {size: [1, 1, 1]}}";
   const struct {
     const char* what;
@@ -161,6 +165,7 @@ TEST_F(Program, ABadSceneIsRefusedByFileLineAndObject) {
        "body"},
       {"an unknown key", scene("colour: red\n    " + box), 9, "colour"},
   };
+  // No report begins.
   for (const auto& each : cases) {
     const std::string file = write("scene.yaml", each.content).string();
     expect_refusal("--scene " + file + report() + kSmall,
@@ -170,6 +175,7 @@ TEST_F(Program, ABadSceneIsRefusedByFileLineAndObject) {
 }
 
 TEST_F(Program, BadCasesOfAPairFileAreInvalidAndTheRunGoesOn) {
+  // One good pair, and three whose numbers are no shape, rotation or direction.
   const std::string box = R"({"type": "box", "size": [1, 1, 1]})";
   const auto pair = [&](const std::string& id, const std::string& shape, const std::string& pose) {
     return "{\"id\": \"" + id + "\", \"shapes\": [" + shape + ", " + box + "], \"poses\": [" + pose +
@@ -181,6 +187,7 @@ TEST_F(Program, BadCasesOfAPairFileAreInvalidAndTheRunGoesOn) {
       pair("good", box, here) + "," + pair("no rotation", box, stretched) + "," +
       pair("too large", R"({"type": "box", "size": [1, 1e999, 1]})", here) + "," +
       pair("no direction", box, R"({"position": [0,0,0], "quaternion_wxyz": [0,0,0,0]})");
+  // The run goes on, and says of each bad one why it is none.
   const std::string file = write("cases.json", "[" + cases + "]").string();
   const Outcome outcome = run("--families none --no-broadphase --repetitions 1 --pairs " + file + report());
   if (outcome.code == 0) {
@@ -194,6 +201,7 @@ TEST_F(Program, BadCasesOfAPairFileAreInvalidAndTheRunGoesOn) {
   } else {
     ADD_FAILURE() << outcome.err;
   }
+  // Two pairs of one name are an error of the file.
   const std::string twice =
       write("twice.json", "[" + pair("a", box, here) + "," + pair("a", box, here) + "]").string();
   fs::remove_all(folder_ / "report");

@@ -143,6 +143,7 @@ TEST(DartPlugin, OtherShapesAndDistancesAreLeftToFcl) {
 }
 
 TEST(DartPlugin, OptionsHoldAsTheyDoForDart) {
+  // A filter that lets nothing through.
   struct None final : collision::CollisionFilter {
     bool ignoresCollision(const collision::CollisionObject*,
                           const collision::CollisionObject*) const override {
@@ -155,14 +156,17 @@ TEST(DartPlugin, OptionsHoldAsTheyDoForDart) {
   EXPECT_FALSE(
       boxes.group->collide(collision::CollisionOption(true, 100, std::make_shared<None>()), &result));
   EXPECT_EQ(result.getNumContacts(), 0u);
+  // The most contacts that are asked for.
   boxes.group->collide(collision::CollisionOption(true, 6), &result);
   EXPECT_EQ(result.getNumContacts(), 6u);
   result.clear();
   boxes.group->collide(collision::CollisionOption(), &result);
   EXPECT_GE(result.getNumContacts(), 9u);
+  // A yes or no takes one check.
   const std::uint64_t before = dart_native_checks();
   EXPECT_TRUE(boxes.group->collide());
   EXPECT_EQ(dart_native_checks() - before, 1u);  // the first is enough
+  // Options of our own.
   Group few({box(1, 1, 1), box(1, 1, 1)}, {.most_contacts = 2});
   few.place(1, 0.75);
   result.clear();
@@ -184,6 +188,7 @@ TEST(DartPlugin, TwoGroupsAreCheckedAgainstEachOther) {
 }
 
 TEST(DartPlugin, PairsAreThoseOfNativeAtAnyPose) {
+  // The same boxes in native and in DART.
   BackendRegistry registry;
   register_core(registry);
   const auto native = registry.make_narrowphase("native");
@@ -193,6 +198,7 @@ TEST(DartPlugin, PairsAreThoseOfNativeAtAnyPose) {
   std::mt19937_64 random(20261123);
   int overlapping = 0;
   for (int i = 0; i < 2000; ++i) {
+    // In random poses: the same class and depth.
     const std::array poses = {random_pose(random, 1.0), random_pose(random, 1.0)};
     for (int k = 0; k < 2; ++k) boxes.place(k, isometry(poses[k]));
     const Answer expected = ask(*native, poses, {.kind = QueryKind::manifold, .max_separation = 0.0});
@@ -230,6 +236,7 @@ TEST(DartPlugin, MoreShapesThanAThreadRemembersAreCheckedAsTheyAre) {
 }
 
 TEST(DartPlugin, AStackOfBoxesStandsInAWorldThatNamesItsDetector) {
+  // The detector goes by its name; naming it twice does no harm.
   register_dart_detector();
   register_dart_detector();
   const auto detector = collision::CollisionDetector::getFactory()->create("touchstone");
@@ -238,6 +245,7 @@ TEST(DartPlugin, AStackOfBoxesStandsInAWorldThatNamesItsDetector) {
   EXPECT_EQ(detector->cloneWithoutCollisionObjects()->getType(), "touchstone");
   const auto world = simulation::World::create();
   world->getConstraintSolver()->setCollisionDetector(detector);
+  // A floor, and five boxes on each other.
   const auto add = [&](const Eigen::Vector3d& size, double height, bool moves) {
     const auto skeleton = dynamics::Skeleton::create("at " + std::to_string(height));
     dynamics::BodyNode* body = nullptr;
@@ -256,6 +264,7 @@ TEST(DartPlugin, AStackOfBoxesStandsInAWorldThatNamesItsDetector) {
   add({10, 10, 1}, -0.5, false);
   std::vector<dynamics::SkeletonPtr> boxes;
   for (int i = 0; i < 5; ++i) boxes.push_back(add({0.5, 0.5, 0.5}, 0.25 + 0.5 * i, true));
+  // They stand for a second, by our checks.
   const std::uint64_t before = dart_native_checks();
   for (int step = 0; step < 1000; ++step) world->step();
   EXPECT_GE(dart_native_checks() - before, 5000u);

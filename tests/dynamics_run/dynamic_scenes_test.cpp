@@ -117,6 +117,7 @@ TEST(DynamicScenes, ArmPushes) {
 }
 
 TEST(DynamicScenes, TheJointThatLacksTorqueGivesWay) {
+  // The force at which each joint lacks torque, by closed form.
   const double L1 = 7.11, L2 = 7.11 + 1.3589, most = 2332.0, growth = 200.0;
   struct Case {
     const char *name, *joint;
@@ -127,12 +128,14 @@ TEST(DynamicScenes, TheJointThatLacksTorqueGivesWay) {
        {Case{"09_shoulder_saturates", "shoulder", L1, 0.0, most / L1, 328.0},
         Case{"09_both_saturate", "elbow", -L2, -L2, most / L2, 275.4},
         Case{"09_elbow_saturates", "elbow", L1 + L2 * cosine, L2 * cosine, most / -(L2 * cosine), 318.0}}) {
+    // The scene's file has these figures.
     EXPECT_NEAR(c.force, c.rounded, 0.05) << c.name;
     const DynamicScene loaded = scene(c.name);
     const SceneAnswer& moved = answer(loaded, SceneAnswer::Figure::moved);
     EXPECT_EQ(loaded.mechanisms[0].joints[moved.joint.joint].name, c.joint);
     EXPECT_NEAR(moved.value.x(), c.force / growth, 1e-13) << c.name;
     EXPECT_LE(moved.tolerance, 2 * loaded.step);
+    // Just before that, torques and force by closed form.
     const SceneAnswer& shoulder = answer(loaded, SceneAnswer::Figure::torque, "shoulder");
     const double force = growth * (shoulder.time - 0.5 * loaded.step);  // in the step's middle
     EXPECT_LT(force, c.force);

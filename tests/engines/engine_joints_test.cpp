@@ -204,6 +204,7 @@ TEST_P(EngineJoints, ALoopOfFourOnTheGroundSwings) {
 }
 
 TEST_P(EngineJoints, JoinsAsTheyStandAndLetsGo) {
+  // A joint that is off joins at 0.5 s, and parts at 1 s.
   DynamicScene scene = two_cubes(BodyJointKind::fixed, 1.5);
   scene.joints[0].is_on = false;
   scene.bodies[1].v_W = {0.1, 0, 0};
@@ -216,6 +217,7 @@ TEST_P(EngineJoints, JoinsAsTheyStandAndLetsGo) {
   action.time = 1.0;
   scene.actions.push_back(action);
   if (is_refused(scene)) return;
+  // Until it joins, only the second cube moves.
   const auto engine = engines().make(GetParam(), scene);
   const auto go_to = [&](double time) {
     while (engine->time() < time - 0.5 * kStep) {
@@ -227,10 +229,12 @@ TEST_P(EngineJoints, JoinsAsTheyStandAndLetsGo) {
   go_to(0.5);
   EXPECT_NEAR(norm(*engine->velocity(0)), 0.0, 1e-12);
   EXPECT_NEAR(apart(), 2 * kSide + 0.05, 1e-9);
+  // Joined they have the momentum's speed, and stay as they stood.
   go_to(1.0);
   expect_error("joined at [m/s]", norm(*engine->velocity(0) - Vector3(0.075, 0, 0)), 1e-9, 1e-6);
   expect_error("as they stood [m]", std::abs(apart() - (2 * kSide + 0.05)), 1e-6, 1.1 * 0.1 * kStep);
   const double before = apart();
+  // Parted they go on.
   go_to(1.5);
   EXPECT_NEAR(apart(), before, 1e-6);  // one speed, nothing holds
   EXPECT_NEAR(norm(*engine->velocity(1)), 0.075, 1e-6);

@@ -71,6 +71,7 @@ DynamicScene struck_tower() {
 }
 
 TEST_P(EngineState, ARestoredRunTakesTheSteps) {
+  // A run that goes on.
   const DynamicScene scene = struck_tower();
   const auto engine = make(scene);
   take(*engine, 120);
@@ -79,10 +80,12 @@ TEST_P(EngineState, ARestoredRunTakesTheSteps) {
   const double momentum = norm(engine->linear_momentum());
   take(*engine, 200);
   const std::vector<Pose> went_on = poses(*engine);
+  // Restored: state and time as they were.
   engine->restore(*kept);
   EXPECT_EQ(engine->steps(), 120u);
   EXPECT_EQ(largest_difference(poses(*engine), then), 0.0);
   EXPECT_EQ(norm(engine->linear_momentum()), momentum);
+  // The steps after two restores are the same.
   take(*engine, 200);
   const std::vector<Pose> first = poses(*engine);
   take(*engine, 70);
@@ -90,6 +93,7 @@ TEST_P(EngineState, ARestoredRunTakesTheSteps) {
   take(*engine, 200);
   ASSERT_NE(engine->after_restore(), EngineReturn::none);
   EXPECT_EQ(largest_difference(poses(*engine), first), 0.0);
+  // Some engines take the steps of the run that went on, too.
   const double off = largest_difference(first, went_on);
   std::printf("  %-16s from the run that went on %.2e\n", GetParam().text().c_str(), off);
   if (engine->after_restore() == EngineReturn::same_bits) {
@@ -195,6 +199,7 @@ TEST_P(EngineState, WhatIsRemovedHoldsNothing) {
 }
 
 TEST_P(EngineState, ActionsBringInAndTakeOut) {
+  // One box goes as another comes in its place, sliding.
   DynamicScene scene = empty_scene(0.5);
   add_ground(scene);
   const std::size_t low = add_box(scene, "low", {0.2, 0.2, 0.2}, {0, 0, 0.1}, 2.0);
@@ -202,12 +207,14 @@ TEST_P(EngineState, ActionsBringInAndTakeOut) {
   scene.bodies[late].v_W = {0, 0.5, 0};
   scene.actions.push_back(action(SceneAction::Kind::remove, 0.2, low));
   scene.actions.push_back(action(SceneAction::Kind::add, 0.2, late));
+  // Before that the second is not there.
   const auto engine = make(scene);
   EXPECT_FALSE(engine->has(late));
   EXPECT_NEAR(engine->body_mass(), 2.0, 1e-15);
   take(*engine, 200);
   EXPECT_NEAR(norm(engine->object_pose(low).p - Vector3(0, 0, 0.1)), 0.0, 2e-3);  // nothing was in it
   EXPECT_EQ(largest_difference({engine->object_pose(late)}, {scene.scene.objects[late].X_WO}), 0.0);
+  // Afterwards it slides, by closed form.
   const auto kept = engine->snapshot();
   take(*engine, 50);
   EXPECT_FALSE(engine->has(low));
@@ -215,6 +222,7 @@ TEST_P(EngineState, ActionsBringInAndTakeOut) {
   const double t = 0.05;
   expect_error("slides [m]", std::abs(engine->object_pose(late).p.y() - (0.5 * t - 0.25 * kGravity * t * t)),
                1e-6, 2e-3);
+  // Restored: as before, and with the same steps.
   const std::vector<Pose> went_on = poses(*engine);
   engine->restore(*kept);
   EXPECT_TRUE(engine->has(low));
@@ -267,6 +275,7 @@ TEST_P(EngineState, ALatchOnWhatIsOutFailsTheStepUntilItIsBack) {
 }
 
 TEST_P(EngineState, WhatMayNotComeOrGoIsNamed) {
+  // Two boxes, latched where the engine can.
   DynamicScene scene = empty_scene(0.1);
   const std::size_t ground = add_ground(scene);
   const std::size_t a = add_box(scene, "a", {0.2, 0.2, 0.2}, {0, 0, 1}, 2.0);
@@ -281,6 +290,7 @@ TEST_P(EngineState, WhatMayNotComeOrGoIsNamed) {
     }
     return "";
   };
+  // Objects that cannot be taken out or are there already.
   EXPECT_EQ(message([&] { engine->remove(ground); }), "remove: object 'ground': is not dynamic");
   EXPECT_EQ(message([&] { engine->remove(7); }), "remove: no such object");
   EXPECT_EQ(message([&] { engine->add(a, {}, {0, 0, 0}, {0, 0, 0}); }), "add: object 'a': is there already");
@@ -289,6 +299,7 @@ TEST_P(EngineState, WhatMayNotComeOrGoIsNamed) {
     EXPECT_NE(message([&] { engine->remove(b); }), "");
     return;
   }
+  // Objects that are gone, and poses and velocities that are none.
   engine->remove(b);
   EXPECT_EQ(message([&] { engine->remove(b); }), "remove: object 'b': is not there");
   EXPECT_EQ(message([&] {
@@ -302,6 +313,7 @@ TEST_P(EngineState, WhatMayNotComeOrGoIsNamed) {
 }
 
 TEST_P(EngineState, JoinedAndPartedGoBack) {
+  // Two boxes, joined by a hinge at 0.1 s and parted at 0.3 s.
   if (!can(EngineFeature::body_joints)) GTEST_SKIP() << "no joints between bodies";
   DynamicScene scene = empty_scene(0.6);
   scene.gravity_W.setZero();
@@ -321,6 +333,7 @@ TEST_P(EngineState, JoinedAndPartedGoBack) {
     each.joint = {physics::JointAddress::kBodyJoint, 0};
     scene.actions.push_back(each);
   }
+  // Kept before the hinge joins and while it holds.
   const auto engine = make(scene);
   take(*engine, 50);
   const auto apart = engine->snapshot();
@@ -329,6 +342,7 @@ TEST_P(EngineState, JoinedAndPartedGoBack) {
   const double value = engine->joint_value({physics::JointAddress::kBodyJoint, 0});
   take(*engine, 200);
   const std::vector<Pose> went_on = poses(*engine);
+  // Restored from either, the run ends where it did.
   for (const auto* const kept : {joined.get(), apart.get(), joined.get()}) {
     engine->restore(*kept);
     if (kept == joined.get()) {

@@ -244,6 +244,7 @@ void add_comer(DynamicScene& scene) {
 }
 
 void ask_for(EngineFeature feature, DynamicScene& scene) {
+  // The least that needs the feature.
   using enum EngineFeature;
   using Mode = physics::JointDrive::Mode;
   switch (feature) {

@@ -71,14 +71,17 @@ std::vector<V> directions(const Solids& s) {
     out.push_back(n);
     out.push_back({-n[0], -n[1], -n[2]});
   };
+  // Normals of faces, from two edges of one solid.
   for (const auto* edges : {&edges_a, &edges_b}) {
     for (std::size_t i = 0; i < edges->size(); ++i) {
       for (std::size_t j = i + 1; j < edges->size(); ++j) both_ways(cross((*edges)[i], (*edges)[j]));
     }
   }
+  // Edge against edge.
   for (const V& e : edges_a) {
     for (const V& f : edges_b) both_ways(cross(e, f));
   }
+  // Corner against corner, and corner against edge.
   for (const V& p : s.a) {
     for (const V& q : s.b) {
       const V m = minus(q, p);
@@ -89,6 +92,7 @@ std::vector<V> directions(const Solids& s) {
       }
     }
   }
+  // Edges against the axes, for solids that are flat there.
   for (const auto* edges : {&edges_a, &edges_b}) {
     for (const V& e : *edges) {
       for (const V& axis : {V{1, 0, 0}, V{0, 1, 0}, V{0, 0, 1}}) both_ways(cross(e, axis));

@@ -69,12 +69,14 @@ TEST(FileCorners, NativeAnswersAsExactDoesForSolidsOfAnyDigits) {
   std::size_t warped = 0, overlapping = 0, count = 0;
   double worst = 0.0;
   for (const file_corners::Format& format : file_corners::formats()) {
+    // Pairs whose corners are written with few digits.
     const Pairs pairs = pairs_of(format, random);
     exact->build(pairs.solids);
     native->build(pairs.solids);
     const Answers truth = ask(*exact, pairs.pairs, pairs.poses, {.kind = QueryKind::distance});
     const Answers classes = ask(*native, pairs.pairs, pairs.poses, {.kind = QueryKind::overlap});
     const Answers found = ask(*native, pairs.pairs, pairs.poses, {.kind = QueryKind::manifold});
+    // Classes are right, and separations within the bound.
     for (std::size_t i = 0; i < kPairs; ++i) {
       ASSERT_EQ(classes.status[i], truth.status[i]) << format.name << " " << i;
       ASSERT_EQ(found.status[i], truth.status[i]) << format.name << " " << i;
@@ -89,6 +91,7 @@ TEST(FileCorners, NativeAnswersAsExactDoesForSolidsOfAnyDigits) {
     }
     for (const Hexahedron& solid : pairs.solids) warped += solid.is_warped();
   }
+  // Many are warped, and neither class is rare.
   EXPECT_GT(warped, 3 * count / 2);  // of two solids a pair
   EXPECT_GT(overlapping, count / 5);
   EXPECT_LT(overlapping, 4 * count / 5);

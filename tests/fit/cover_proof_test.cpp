@@ -55,6 +55,7 @@ TEST(CoverProof, FitsOfPartsAreProven) {
 // A shaft as files have it, in single precision along no axis: corners of a step are a rounding apart, and a
 // slice that began at one of them left out what others have beyond.
 TEST(CoverProof, AShaftThatStepsIsCovered) {
+  // A turned shaft along no axis, its corners in single precision.
   constexpr std::array<std::array<double, 2>, 9> kOutline = {{{0.0, 0.0},
                                                               {0.02, 0.0},
                                                               {0.02, 0.06},
@@ -79,6 +80,7 @@ TEST(CoverProof, AShaftThatStepsIsCovered) {
       if (k > 1 && kOutline[k][0] > 0.0) append(shaft, {{at(k - 1, i), at(k, i + 1), at(k, i)}, {{0, 1, 2}}});
     }
   }
+  // Proven within both errors.
   FitOptions options;
   options.repairs = 3;
   for (const double over : {0.004, 0.002}) {  // within the smaller one stairs cover the cone at 56 degrees

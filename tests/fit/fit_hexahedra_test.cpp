@@ -62,6 +62,7 @@ TEST(OpenCells, CountWhatEachCandidateHoldsOfThem) {
   std::mt19937_64 random(11);
   fit::CandidatePool pool(kCells);
   std::vector<std::vector<std::uint32_t>> cells_of;
+  // Sixty candidates, of which one is forgotten.
   const auto add = [&] {
     std::vector<std::uint32_t> cells;
     for (std::uint32_t cell = static_cast<std::uint32_t>(random() % 200); cell < kCells && cells.size() < 90;
@@ -73,6 +74,7 @@ TEST(OpenCells, CountWhatEachCandidateHoldsOfThem) {
   for (int i = 0; i < 60; ++i) add();
   pool.forget(7);
   cells_of[7].clear();
+  // All cells are open.
   fit::CellBits all((kCells + 63) / 64, 0);
   std::vector<bool> is_open(kCells, true);
   for (std::size_t cell = 0; cell < kCells; ++cell) fit::set(all, cell);
@@ -81,6 +83,7 @@ TEST(OpenCells, CountWhatEachCandidateHoldsOfThem) {
     return static_cast<std::size_t>(
         std::count_if(cells.begin(), cells.end(), [&](std::uint32_t cell) { return is_open[cell]; }));
   };
+  // The best candidate, by counting.
   for (;;) {
     add();
     ASSERT_EQ(pool.size(), cells_of.size());
@@ -92,11 +95,13 @@ TEST(OpenCells, CountWhatEachCandidateHoldsOfThem) {
     ASSERT_EQ(open.count(), static_cast<std::size_t>(std::count(is_open.begin(), is_open.end(), true)));
     if (best.gain == 0) break;
     ASSERT_EQ(best.index, static_cast<std::size_t>(first - cells_of.begin()));
+    // The best one for a cell holds it.
     const std::size_t cell = open.next_from(random() % kCells, kCells);
     EXPECT_TRUE(is_open[cell]);
     const fit::OpenCells::Best at = open.best_at(cell);
     const std::vector<std::uint32_t>& held = cells_of[at.index];
     EXPECT_TRUE(at.gain == 0 || (at.gain == gain(held) && std::count(held.begin(), held.end(), cell) == 1));
+    // The best one's cells are covered.
     open.cover(pool[best.index]);
     for (const std::uint32_t i : cells_of[best.index]) is_open[i] = false;
   }

@@ -131,6 +131,7 @@ class FitProgramRun : public ProgramTest {
 };
 
 TEST_F(FitProgramRun, OptionsThatWouldBeIgnoredAreRefused) {
+  // Each slip, and what names it.
   const std::pair<const char*, const char*> slips[] = {
       {"--unit mm --over 2mm --count -1", "--count"},
       {"--unit mm --over 2mm --count 0", "--count"},
@@ -149,6 +150,7 @@ TEST_F(FitProgramRun, OptionsThatWouldBeIgnoredAreRefused) {
       {"--unit mm --serves s.yaml --tolerance 1mm --page", "--serves excludes --page"},
       {"--check part.certificate --over 2mm", "--over excludes --check"},
   };
+  // Nothing is written.
   for (const auto& [arguments, error] : slips) {
     const Outcome outcome = run(part() + " --output " + (folder_ / "fit").string() + " " + arguments);
     EXPECT_NE(outcome.code, 0) << arguments;

@@ -146,6 +146,7 @@ TEST(MeshDistance, ATetrahedronInCrossingShellsIsSolidOnlyWhereAllOfItIs) {
       return static_cast<std::size_t>(random.next() * static_cast<double>(count));
     };
     for (int k = 0; k < 150; ++k) {
+      // A tetrahedron: each corner at a vertex, near the middle of a triangle, or anywhere.
       const Vector3 centre = random.within(mesh.bounds().low, mesh.bounds().high);
       const double size = random.next() * random.next();
       std::array<Vector3, 4> t;
@@ -161,6 +162,7 @@ TEST(MeshDistance, ATetrahedronInCrossingShellsIsSolidOnlyWhereAllOfItIs) {
       }
       if (!mesh.is_solid(t)) continue;
       ++solid;
+      // No point of a solid one is outside by the winding number, where that is certain.
       for (int i = 0; i < 20; ++i) {
         std::array<double, 4> w{};
         for (double& each : w) each = random.next() * (random.one_in(3) ? 0.02 : 1.0);

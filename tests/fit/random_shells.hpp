@@ -62,6 +62,7 @@ class RandomShells {
       for (int i = 0; i < count; ++i) all.push_back(place());
       return all;
     };
+    // One of four kinds of closed shells.
     switch (engine_() % 4) {
       case 0: {  // a sheared block
         const Vector3 foot = place(), x(grid_ + step(5), step(3), 0.0), y(step(3), grid_ + step(5), 0.0),

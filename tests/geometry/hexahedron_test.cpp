@@ -233,6 +233,7 @@ TEST(FromVertices, CollapsedFacesAreAccepted) {
 }
 
 TEST(FromVertices, BadInputIsRefusedNamingTheCause) {
+  // Each fault in turn: a vertex too few, one that is not finite, no volume, not convex.
   const auto make = [](const Vertices& v, WarpPolicy warp = WarpPolicy::accept) {
     return [v, warp] { Hexahedron::from_vertices(v, warp, "block"); };
   };
@@ -249,6 +250,7 @@ TEST(FromVertices, BadInputIsRefusedNamingTheCause) {
   v[7] = {0.1, 0.1, 0.1};
   EXPECT_THAT(make(v),
               ThrowsMessage<InputError>(AllOf(HasSubstr("block"), HasSubstr("not convex: vertex 7"))));
+  // Warped by more than the policy takes.
   v = box({1, 1, 1});
   v[7] += Vector3(0.25, 0.25, 0.25);
   for (WarpPolicy warp : {WarpPolicy::refuse, WarpPolicy::within_tolerance})

@@ -98,11 +98,13 @@ TEST(MechanismPath, CurvatureBoundHoldsOverTheWholePath) {
     Draw draw(static_cast<std::uint64_t>(1000 * step));
     std::vector<double> over_estimates;
     for (int i = 0; i < 1500; ++i) {
+      // A chain, a point on its last link, a direction, and the rest of the path from s.
       const Case c(draw, step);
       const auto link = static_cast<std::uint32_t>(c.mechanism.joints().size());
       const Vector3 p_L = draw.vector(2);
       const Vector3 n = draw.chance(0.2) ? Vector3(Vector3::Unit(draw.integer(0, 2))) : draw.direction();
       const double s = draw.chance(0.5) ? 0.0 : draw.real(0, 1);
+      // The bound holds at each of a hundred places on it.
       const BodyState state = c.path.at(link, s);
       const double bound = c.path.curvature_bound(link, state, transform(state.X_WO, p_L), n);
       double most = 0;
@@ -113,6 +115,7 @@ TEST(MechanismPath, CurvatureBoundHoldsOverTheWholePath) {
       }
       if (c.path.moves(link) && most > 1e-9 * step * step) over_estimates.push_back(bound / most);
     }
+    // How much larger the bound is.
     std::sort(over_estimates.begin(), over_estimates.end());
     const std::size_t count = over_estimates.size();
     std::printf("step %4.2f rad: bound / largest sampled: median %.3f, 90 %% %.3f, 99 %% %.3f (%zu chains)\n",
@@ -148,12 +151,14 @@ TEST(MechanismPath, BulgeHoldsOverTheWholePath) {
     Draw draw(7 + static_cast<std::uint64_t>(1000 * step));
     std::vector<double> over_estimates;
     for (int i = 0; i < 1500; ++i) {
+      // A chain, and a point on its last link.
       const Case c(draw, step);
       const auto link = static_cast<std::uint32_t>(c.mechanism.joints().size());
       const Vector3 p_L = draw.vector(2);
       const double bound = c.path.bulge(link, p_L);
       const Vector3 from = transform(c.path.at(link, 0).X_WO, p_L),
                     to = transform(c.path.at(link, 1).X_WO, p_L);
+      // The bound holds: no place on the path is farther from its chord.
       const Vector3 chord = to - from;
       double most = 0;
       for (int k = 0; k <= 200; ++k) {
@@ -165,6 +170,7 @@ TEST(MechanismPath, BulgeHoldsOverTheWholePath) {
       }
       if (most > 1e-9 * step * step) over_estimates.push_back(bound / most);
     }
+    // How much larger the bound is.
     std::sort(over_estimates.begin(), over_estimates.end());
     const std::size_t count = over_estimates.size();
     std::printf("step %4.2f rad: bulge / largest sampled: median %.3f, 99 %% %.3f (%zu chains)\n", step,

@@ -39,6 +39,7 @@ Row row_of(std::uint32_t value) {
 }
 
 void change(Random& random, std::uint32_t value, GrowingList<Row>& list, std::vector<Row>& as_vector) {
+  // The same change of both.
   const auto place = static_cast<std::ptrdiff_t>(random.below(static_cast<int>(list.size()) + 1));
   switch (random.below(9)) {
     case 0: {

@@ -311,6 +311,7 @@ Pose exact_pose(const std::array<double, 9>& rows, const Vector3& p) {
 // Two edges in contact whose plane turns away from the motion while the bodies close at half a metre a frame:
 // the bound on their height curves upwards, below 0 and back.
 TEST(Impact, EdgesThatTurnApartWhileTheBodiesCloseAreCaught) {
+  // Two tapered blocks of a random run in which the contact was missed.
   const auto tapered = [](const Vector3& half, double top_x, double top_y) {
     std::array<Vector3, 8> v;
     for (int i = 0; i < 8; ++i) {
@@ -330,6 +331,7 @@ TEST(Impact, EdgesThatTurnApartWhileTheBodiesCloseAreCaught) {
                                 -0x1.daaa98187119cp-8, 0x1.fe5a6de2ba87bp-1, -0x1.46e84b5277b74p-4,
                                 -0x1.a3ea485d2de86p-4, 0x1.422961ba5c5bep-4, 0x1.fbb5300906782p-1},
                                {0x1.509adfbd8f7fap+0, 0x1.8529b9eea5721p+0, -0x1.8a485db6f070fp-9});
+  // They stop before it.
   const RigidPath closing =
       RigidPath::by(X_WA, {0x1.098f275c1d592p-1, 0x1.30a7f42360cbap-3, -0x1.10f0206417a77p-4},
                     {-0x1.1344cb3d7a3cdp-2, 0x1.6b5dcb30743ccp-4, 0x1.56f333deacf0bp-4});
@@ -344,6 +346,7 @@ TEST(Impact, NothingOnTheWayFromAContactInAnyDirectionIsBelowHalfTheGap) {
   Draw draw(18);
   int contacts = 0;
   for (int run = 0; run < 3000; ++run) {
+    // Two boxes that fly towards each other until they meet.
     Pair pair({draw.uniform(0.2, 1), draw.uniform(0.2, 1), draw.uniform(0.2, 1)},
               {draw.uniform(0.2, 1), draw.uniform(0.2, 1), draw.uniform(0.2, 1)});
     NarrowphaseQuery query(*pair.native, 2);
@@ -353,6 +356,7 @@ TEST(Impact, NothingOnTheWayFromAContactInAnyDirectionIsBelowHalfTheGap) {
     const Impact first = pair.find(approach, RigidPath(Pose{}));
     if (first.status != ImpactStatus::blocked) continue;
     ++contacts;
+    // From there they move on anyhow: nothing on that way is deeper than half the gap.
     const double size = std::pow(10.0, draw.uniform(-3, 0.3));
     const Vector3 v_a = draw.vector(size), turn_a = draw.vector(size);
     const Vector3 v_b = run % 2 ? draw.vector(size) : Vector3(0, 0, 0);

@@ -33,6 +33,7 @@ const Vector3 kZero = Vector3::Zero();
 std::array<Case, 14> cases() {
   const Vector3 one(1, 1, 1), two(2, 2, 2);
   const double p = 1.100000023841858;
+  // Sizes, places and velocities, duration, time of impact, and least separation.
   return {{
       {"still", one, one, {0, p, 0}, kZero, kZero, kZero, 1, kNever, p - 1},
       {"leaving", one, one, {0, p, 0}, kZero, {0, 1, 0}, kZero, 1, kNever, p - 1},

@@ -44,6 +44,7 @@ Pose pose_of(const json& pose) {
 
 SweptCase swept_of(const json& entry) {
   const json& motion = entry["motion"];
+  // Time of impact, and how long the motion takes.
   const bool turns = motion.contains("angvel_1");
   const json& toi = entry["oracle_toi"];
   SweptCase out{entry["id"], {solid_of(entry["shapes"][0]), solid_of(entry["shapes"][1])},
@@ -55,6 +56,7 @@ SweptCase swept_of(const json& entry) {
                  : out.exact_time == SweptCase::kNever ? 3.0
                                                        : std::max(3.0, 2.0 * out.exact_time);
   if (turns) out.error = 1e-13 * out.duration + 1e-12;  // as stated beside it
+  // Paths about the centre of a solid that turns.
   const std::array<Vector3, 2> velocity{vector_of(motion[turns ? "linvel_1" : "velocity_1"]),
                                         vector_of(motion["velocity_2"])};
   for (int i = 0; i < 2; ++i) {

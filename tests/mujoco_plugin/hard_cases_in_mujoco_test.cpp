@@ -51,6 +51,7 @@ struct Tally {
 };
 
 void ask_both(const PairCase& hard, Narrowphase& exact, Tally& tally) {
+  // The engine's scene of the case, as far as it reads it.
   const PosedPair& pair = *hard.pair;
   std::optional<CollisionScene> scene;
   try {
@@ -59,11 +60,13 @@ void ask_both(const PairCase& hard, Narrowphase& exact, Tally& tally) {
     tally.refused.push_back(hard.id);
     return;
   }
+  // The truth of the solids as the engine stores them.
   for (int i = 0; i < 2; ++i) scene->place(i, pair.X_WS[i]);
   const Truth truth = truth_of(*scene, exact);
   ++tally.cases;
   if (truth.contact != (hard.exact->pair_class != PairClass::separated))
     tally.of_another_class.push_back(hard.id);
+  // Its own check, then ours.
   for (const bool native : {false, true}) {
     std::optional<MujocoOverride> override;
     if (native) override.emplace();

@@ -16,11 +16,13 @@ const Hexahedron kCube = Hexahedron::from_size({1, 1, 1});
 /// Everything an answer promises, against the reference. Bounds are those of the header: a few u (2^-53) of
 /// S; 32 u is the declared resolution, witness points add the rounding of world coordinates.
 void expect_right(const Hexahedron& a, const Pose& X_WA, const Hexahedron& b, const Pose& X_WB) {
+  // The distance in long double.
   WorldVertices va, vb;
   world_vertices(a, X_WA, va);
   world_vertices(b, X_WB, vb);
   const double S = scale_of(a, X_WA, b, X_WB);
   const long double exact = reference_signed_distance(va, vb);
+  // Class, separation and normal.
   const Answer answer = ask(a, X_WA, b, X_WB);
   const PairGeometry& g = answer.geometry;
   EXPECT_EQ(answer.status, ask(a, X_WA, b, X_WB, QueryKind::overlap).status);
@@ -32,10 +34,12 @@ void expect_right(const Hexahedron& a, const Pose& X_WA, const Hexahedron& b, co
   EXPECT_NEAR(norm(g.n_AB_W), 1.0, 1e-15);
   EXPECT_NEAR(static_cast<double>(reference_separation_along(va, vb, g.n_AB_W)), static_cast<double>(exact),
               1e-14 * S);
+  // Witness points.
   EXPECT_LE(norm(g.p_B_W - (g.p_A_W + g.separation * g.n_AB_W)), 1e-15 * S);
   EXPECT_NEAR(static_cast<double>(reference_height(va, g.p_A_W)), 0.0, 1e-13 * S);
   EXPECT_NEAR(static_cast<double>(reference_height(vb, g.p_B_W)), 0.0, 1e-13 * S);
 
+  // Contact points.
   ASSERT_GE(g.point_count, 1);
   ASSERT_LE(g.point_count, kMaxManifoldPoints);
   double deepest = INFINITY;

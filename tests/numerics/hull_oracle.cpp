@@ -73,12 +73,14 @@ struct Optimum {
 Optimum solve(const Matrix& start) {
   Optimum s{start, 1, {kPoints, kPoints + 1, kPoints + 2, kPoints + 3, kPoints + 4}};
   Matrix& t = s.tableau;
+  // The first column that lowers the cost enters (Bland's rule: no cycles).
   for (;;) {
     const auto& cost = t[kCost];
     const int entering = static_cast<int>(
         std::find_if(cost.begin(), cost.begin() + kPoints, [](const mpz_class& c) { return c < 0; }) -
         cost.begin());
     if (entering == kPoints) return s;
+    // The row that reaches its bound first leaves.
     int leaving = -1;
     for (int row = 0; row < kRows; ++row) {
       if (t[row][entering] <= 0) continue;
@@ -90,6 +92,7 @@ Optimum solve(const Matrix& start) {
       if (lead < 0 || (lead == 0 && s.basis[row] < s.basis[leaving])) leaving = row;
     }
     if (leaving < 0) throw std::logic_error("unbounded, though the weights are bounded");
+    // Every row in integers: the division is exact.
     const mpz_class pivot = t[leaving][entering];
     for (int row = 0; row <= kRows; ++row) {
       if (row == leaving) continue;

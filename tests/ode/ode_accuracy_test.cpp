@@ -21,6 +21,7 @@ struct Figures {
 };
 
 Figures measure(const char* what, Family family, const Vector3& centre) {
+  // The engine's answers.
   const PairScene scene = random_pairs(20000, family, centre, 11);
   const auto narrowphase = registry().make_narrowphase("ode");
   narrowphase->build(scene.solids);
@@ -28,6 +29,7 @@ Figures measure(const char* what, Family family, const Vector3& centre) {
   const Answers distance = ask(*narrowphase, scene.pairs, scene.poses, Query{.kind = QueryKind::distance});
   Figures figures;
   std::vector<double> errors;
+  // Classes against a reference.
   for (std::size_t i = 0; i < scene.pairs.size(); ++i) {
     const double depth = reference_depth(scene.solids[2 * i], scene.poses[2 * i], scene.solids[2 * i + 1],
                                          scene.poses[2 * i + 1]);
@@ -39,11 +41,13 @@ Figures measure(const char* what, Family family, const Vector3& centre) {
       figures.phantom += 1, figures.worst_phantom = std::max(figures.worst_phantom, -depth);
     figures.failed += distance.status[i] == PairStatus::failed;
     figures.kinds_disagree += seen != (distance.status[i] == PairStatus::overlapping);
+    // Depths, where both see contact.
     if (depth < 0 || distance.status[i] != PairStatus::overlapping) continue;
     const double error = -distance.geometry[i].separation - depth;
     figures.least_error = std::min(figures.least_error, error);
     errors.push_back(std::abs(error));
   }
+  // Quantiles.
   std::sort(errors.begin(), errors.end());
   figures.worst_depth_error = errors.back();
   figures.median_depth_error = errors[errors.size() / 2];

@@ -62,6 +62,7 @@ TEST(OdeBroadphase, NeverMissesAPairNearOrFarFromTheOriginAsObjectsMove) {
       broadphase->build({scene.pointers, margin});
       std::vector<std::uint32_t> moved;
       for (int frame = 0; frame < 5; ++frame) {
+        // All pairs of brute force are found; at the origin no others.
         broadphase->update(scene.poses, moved);
         const std::vector<SolidPair> found = sweep(*broadphase, 64);
         const std::vector<SolidPair> expected = brute_force(scene, margin);
@@ -73,6 +74,7 @@ TEST(OdeBroadphase, NeverMissesAPairNearOrFarFromTheOriginAsObjectsMove) {
           EXPECT_EQ(found, expected);
         }
         for (const SolidPair& pair : found) EXPECT_NE(scene.object[pair.a], scene.object[pair.b]);
+        // A fifth of the objects move on.
         moved.clear();
         for (std::uint32_t i = 0; i < scene.poses.size(); ++i) {
           if (scene.object[i] % 5 != static_cast<std::uint32_t>(frame)) continue;

@@ -79,6 +79,7 @@ inline PairScene random_pairs(std::size_t count, Family family, const Vector3& c
 /// parallelepipeds, negative when an axis separates them. Plain doubles, parallelepipeds only: three edge
 /// directions a solid.
 inline double reference_depth(const Hexahedron& a, const Pose& X_WA, const Hexahedron& b, const Pose& X_WB) {
+  // Corners relative to A, and unit edges.
   const auto corner = [](const Hexahedron& s, const Pose& X, const Pose& X0, int i) {
     return Vector3(rotate(X.R, s.vertices()[i]) + (X.p - X0.p));
   };
@@ -86,6 +87,7 @@ inline double reference_depth(const Hexahedron& a, const Pose& X_WA, const Hexah
     const Vector3 e = rotate(X.R, s.vertices()[4 >> k] - s.vertices()[0]);
     return Vector3(e / norm(e));
   };
+  // The overlap along an axis.
   double least = kInfinity;
   const auto test = [&](const Vector3& axis) {
     const double length = norm(axis);
@@ -99,6 +101,7 @@ inline double reference_depth(const Hexahedron& a, const Pose& X_WA, const Hexah
     }
     least = std::min(least, std::min(a_high - b_low, b_high - a_low));
   };
+  // Faces of both, and edge against edge.
   for (int i = 0; i < 3; ++i) {
     test(cross(edge(a, X_WA, i), edge(a, X_WA, (i + 1) % 3)));
     test(cross(edge(b, X_WB, i), edge(b, X_WB, (i + 1) % 3)));

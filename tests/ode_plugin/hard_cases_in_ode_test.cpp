@@ -59,11 +59,13 @@ TEST(OdePluginHardCases, AreRightWithOurCheckWhereTheEnginesIsWrong) {
   for (const char* file :
        {"containment", "coplanar", "far", "hexahedra", "near_parallel", "scale", "thin", "touching"}) {
     for (const PairCase& hard : load_pairs(std::string(TOUCHSTONE_HARD_CASES) + "/" + file + ".json")) {
+      // The truth of the case.
       const PosedPair& pair = *hard.pair;
       const bool contact = hard.exact->pair_class != PairClass::separated;
       const double expected = std::strtod(hard.exact->signed_distance.c_str(), nullptr);
       const double scale = scale_of(pair.solids[0], pair.X_WS[0], pair.solids[1], pair.X_WS[1]);
       ++cases;
+      // The engine's check, then ours.
       for (const bool native : {false, true}) {
         std::optional<OdeBoxOverride> override;
         if (native) override.emplace();
@@ -73,6 +75,7 @@ TEST(OdePluginHardCases, AreRightWithOurCheckWhereTheEnginesIsWrong) {
         double depth = -kInfinity;
         for (int i = 0; i < count; ++i) depth = std::max(depth, contacts[i].depth);
         const double tolerance = (native ? 1e-12 : 1e-4) * scale;  // the engine is forgiven a lot
+        // Class, then depth.
         Verdict verdict = Verdict::right;
         if ((count > 0) != contact)
           verdict = Verdict::wrong_class;

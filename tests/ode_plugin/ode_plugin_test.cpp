@@ -113,6 +113,7 @@ TEST_F(OdePlugin, HexahedraMeetBoxesPlanesAndEachOther) {
 }
 
 TEST_F(OdePlugin, NoMoreContactsThanAskedForAndSkipIsTheWayBetweenThem) {
+  // Boxes with eight contact points.
   const OdeBoxOverride native;
   Pose turned = at(0, 0, 0.9);
   turned.R = rotation_from_quaternion(std::cos(0.3), 0.01, 0.02, std::sin(0.3));
@@ -122,6 +123,7 @@ TEST_F(OdePlugin, NoMoreContactsThanAskedForAndSkipIsTheWayBetweenThem) {
     dContactGeom geom;
     std::array<unsigned char, 40> guard;
   };
+  // Whatever most is asked for: the deepest is among them.
   for (const unsigned unimportant : {0u, static_cast<unsigned>(CONTACTS_UNIMPORTANT)}) {
     for (int most = 1; most <= 12; ++most) {
       std::array<Slot, 13> slots;
@@ -138,6 +140,7 @@ TEST_F(OdePlugin, NoMoreContactsThanAskedForAndSkipIsTheWayBetweenThem) {
       if (unimportant == 0) {
         EXPECT_EQ(found, deepest) << most;
       }
+      // Bytes between contacts and after the last one are as they were.
       for (std::size_t i = 0; i < slots.size(); ++i) {
         EXPECT_THAT(slots[i].guard, testing::Each(0x5a));
         if (static_cast<int>(i) >= count) {
@@ -282,6 +285,7 @@ TEST_F(OdePlugin, APlanesContactsAreHalfWayAndItsDeepestVerticesFirst) {
 }
 
 TEST_F(OdePlugin, WhatNothingAnswersForIsCounted) {
+  // Geoms that are flat or have no solid, beside sound ones.
   const dGeomID solid = hexahedron(frustum(), at(0, 0, 0)), flat = box(1, 1, 0, at(0, 0, 0.25));
   geoms_.push_back(dCreateGeom(ode_hexahedron_class()));
   const dGeomID empty = place(geoms_.back(), at(0, 0, -0.125));
@@ -290,6 +294,7 @@ TEST_F(OdePlugin, WhatNothingAnswersForIsCounted) {
   const dGeomID plane = geoms_.back();
   const std::array<std::pair<dGeomID, dGeomID>, 4> pairs = {
       {{solid, flat}, {empty, solid}, {empty, cube}, {empty, plane}}};
+  // Each pair is counted once, in either order.
   for (const auto& [a, b] : pairs) {
     for (const bool swapped : {false, true}) {
       const std::uint64_t before = ode_native_refusals();
@@ -297,9 +302,11 @@ TEST_F(OdePlugin, WhatNothingAnswersForIsCounted) {
       EXPECT_EQ(ode_native_refusals() - before, 1u);
     }
   }
+  // A geom without a solid is a point.
   dReal bounds[6];
   dGeomGetAABB(empty, bounds);
   EXPECT_THAT(bounds, testing::ElementsAre(0, 0, 0, 0, -0.125, -0.125));
+  // A place that is infinite counts; once it is sound again nothing does.
   const std::uint64_t before = ode_native_refusals();
   EXPECT_FALSE(collide(solid, cube).empty());
   dGeomSetPosition(cube, kInfinity, 0, 0);
@@ -360,6 +367,7 @@ TEST_F(OdePlugin, BoxesOfRoundSizesAreRememberedTogether) {
 TEST_F(OdePlugin, ThreadsWithBoxesOfManySizesGetTheirOwnAnswers) {
   const OdeBoxOverride native;
   constexpr int kThreads = 4, kSizes = 12, kRounds = 500;
+  // Boxes of a size of their own in each stack.
   std::array<std::vector<dGeomID>, kThreads> stacks;
   for (int t = 0; t < kThreads; ++t) {
     for (int i = 0; i < kSizes; ++i) {
@@ -368,6 +376,7 @@ TEST_F(OdePlugin, ThreadsWithBoxesOfManySizesGetTheirOwnAnswers) {
       stacks[t].push_back(box(1, 1, 1, at(0, 0, 0.5 - 1.0 / 64 * (1 + i + kSizes * t))));
     }
   }
+  // Threads collide their stacks at once; each depth is its stack's.
   std::array<int, kThreads> wrong{};
   std::vector<std::thread> threads;
   for (int t = 0; t < kThreads; ++t) {

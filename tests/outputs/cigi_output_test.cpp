@@ -23,6 +23,7 @@ CigiOptions options_for(const Listener& listener) {
 }
 
 TEST(CigiOutput, SendsWhereObjectsAre) {
+  // Two objects, one with a type of its own, below an entity.
   Listener listener;
   CigiOptions options = options_for(listener);
   options.anchor = AttachedTo{300, z_up()};
@@ -30,6 +31,7 @@ TEST(CigiOutput, SendsWhereObjectsAre) {
   CigiOutput output(options);
   announce(output, 2);
   const auto frames = make_frames(20, 2, 1);
+  // Each frame arrives with its number and time.
   for (const MadeFrame& frame : frames) {
     output.write(frame.view());
     const Message message = receive_message(listener);
@@ -37,6 +39,7 @@ TEST(CigiOutput, SendsWhereObjectsAre) {
     EXPECT_TRUE(message.control.is_timestamp_valid);
     EXPECT_NEAR(message.control.timestamp, frame.time * 1e5, 0.5);
     EXPECT_EQ(message.control.mode, IgMode::operate);
+    // Entities and their poses.
     ASSERT_EQ(message.entities.size(), 2u);
     EXPECT_EQ(message.entities[0].id, 1);
     EXPECT_EQ(message.entities[0].type, 1);
@@ -57,6 +60,7 @@ TEST(CigiOutput, SendsWhereObjectsAre) {
 
 // All that moved, and the others in turn, in a datagram that Ethernet carries whole.
 TEST(CigiOutput, OneDatagramAFrameBelowTheMtu) {
+  // All objects are new in the first frame.
   Listener listener;
   CigiOutput output(options_for(listener));
   announce(output, 100);
@@ -65,6 +69,7 @@ TEST(CigiOutput, OneDatagramAFrameBelowTheMtu) {
   EXPECT_EQ(listener.receive()->size(), 24u + 100u * 48u);
   EXPECT_EQ(output.long_datagrams(), 1u);
 
+  // Afterwards what moved comes first, and others in turn until all were sent.
   std::set<std::uint16_t> seen;
   for (std::size_t k = 1; k < 12; ++k) {
     frames[k].poses = frames[k - 1].poses;

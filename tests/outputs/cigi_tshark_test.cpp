@@ -187,6 +187,7 @@ TEST(CigiTshark, SeesWhatIsMalformed) {
 
 // Both readers of a Start of Frame agree, in either byte order.
 TEST(CigiTshark, StartOfFrameIsReadAsByTheDissector) {
+  // The same packet in both byte orders.
   Bytes big(24, std::byte{0}), little(24, std::byte{0});
   const std::array<int, 8> head{101, 24, 3, 0x83, 9, 0x30 | 0x04 | 0x02, 0x80, 0x00};
   for (std::size_t i = 0; i < 8; ++i) big[i] = little[i] = static_cast<std::byte>(head[i]);
@@ -197,6 +198,7 @@ TEST(CigiTshark, StartOfFrameIsReadAsByTheDissector) {
   }
   const json packets = dissect({big, little});
   ASSERT_EQ(packets.size(), 2u);
+  // Each field as the dissector reads it.
   for (const Bytes& bytes : {big, little}) {
     const auto read = decode_start_of_frame(bytes);
     ASSERT_TRUE(read.has_value());

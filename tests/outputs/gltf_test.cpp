@@ -127,15 +127,18 @@ Recording make_recording(std::size_t frames, std::uint32_t objects) {
 }
 
 TEST(Gltf, EveryFrameOfEveryObject) {
+  // Trees come in any order, one of them of no object.
   const TemporaryFile file("run.gltf");
   const Recording recording = make_recording(40, 3);
   const std::array trees{two_solids("object 2"), two_solids("object 0"), two_solids("object 1"),
                          two_solids("not there")};
   write_gltf(file.path(), recording, trees);
+  // The document.
   const Loaded loaded(file.path());
   EXPECT_EQ(loaded.document.at("asset").at("version"), "2.0");
   EXPECT_EQ(loaded.document.at("scenes").at(0).at("nodes"), json::array({0}));
   EXPECT_EQ(loaded.document.at("nodes").at(0).at("children"), json::array({1, 2, 3}));
+  // Each object's keys: times, places and turns, and these the short way round.
   for (std::uint32_t object = 0; object < 3; ++object) {
     const std::size_t node = loaded.node("object " + std::to_string(object));
     const json* move = loaded.sampler(node, "translation");

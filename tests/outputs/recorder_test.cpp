@@ -156,6 +156,7 @@ TEST(RecorderThread, WholeFramesOnlyWhenTheDiskFillsAndIsFreedAgain) {
   const auto frames = make_frames(600, 5, 5);
   Recorder recorder(file.path());
   announce(recorder, 5);
+  // Writes, and waits until the last frame is through.
   const auto write = [&](std::size_t from, std::size_t to) {
     for (std::size_t i = from; i < to; ++i) {
       recorder.write(frames[i].view());
@@ -167,6 +168,7 @@ TEST(RecorderThread, WholeFramesOnlyWhenTheDiskFillsAndIsFreedAgain) {
         while (!done()) std::this_thread::yield();
     }
   };
+  // The disk is full from some frame on, then free.
   FileSizeLimit limit(100'000);
   write(0, 400);
   EXPECT_EQ(recorder.status().last_error, EFBIG);
@@ -178,6 +180,7 @@ TEST(RecorderThread, WholeFramesOnlyWhenTheDiskFillsAndIsFreedAgain) {
   EXPECT_GT(status.dropped, 0u);
   EXPECT_GE(status.delivered, 200u);
 
+  // Only whole frames are there, and what is lost is said where it is missing.
   const Recording recording = read_recording(file.path());
   EXPECT_TRUE(recording.is_complete);
   EXPECT_EQ(recording.frames.size(), status.delivered);

@@ -54,6 +54,7 @@ struct RandomSet {
 
   void add_contact(std::mt19937_64& random, std::size_t c, bool along_centres, std::vector<double>& J,
                    std::vector<double>& Y) {
+    // Two movers, of which one may be the ground.
     const std::size_t count = bodies.size();
     const std::size_t first = random() % (count + 1);  // `count`: the ground
     std::size_t second = first;
@@ -61,12 +62,14 @@ struct RandomSet {
     const auto centre = [&](std::size_t i) {
       return i == count ? Vector3(Vector3::Zero()) : bodies[i].centre;
     };
+    // A normal, a place and tangents.
     Vector3 n = along_centres ? Vector3(centre(second) - centre(first)) : random_vector(random, 1.0);
     n = n / norm(n);
     const Vector3 p = 0.5 * (centre(first) + centre(second)) + random_vector(random, 0.5);
     Vector3 t1 = cross(n, std::abs(n.x()) < 0.6 ? Vector3(1, 0, 0) : Vector3(0, 1, 0));
     t1 = t1 / norm(t1);
     const Vector3 directions[3] = {n, t1, cross(n, t1)};
+    // Rows of the Jacobian, what unit impulses do, and the relative velocity.
     for (std::size_t r = 3 * c; r < 3 * c + 3; ++r)
       for (const double sign : {-1.0, 1.0}) {
         const std::size_t i = sign < 0.0 ? first : second;

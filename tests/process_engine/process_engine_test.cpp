@@ -290,6 +290,7 @@ TEST(ProcessEngine, NoSignalOfABrokenPipeIsLeft) {
 
 // What a program started in its group ends with it, and the system ends both before us where memory ends.
 TEST(ProcessEngine, WhatItStartedEndsWithIt) {
+  // The child's next line.
   const auto read_line = [](process_engine::ChildProcess& child, std::string_view request) {
     std::string reply;
     while (reply.find('\n') == std::string::npos && child.exchange(request, reply, 1, milliseconds(5000)) ==
@@ -297,6 +298,7 @@ TEST(ProcessEngine, WhatItStartedEndsWithIt) {
       continue;
     return reply;
   };
+  // The child starts one of its own, and ends with its scope.
   std::string started;
   {
     process_engine::ChildProcess child(
@@ -304,6 +306,7 @@ TEST(ProcessEngine, WhatItStartedEndsWithIt) {
     started = read_line(child, "");
     EXPECT_EQ(read_line(child, "go on\n"), "1000\n");
   }
+  // So does what it started.
   ASSERT_GT(started.size(), 1u);
   const auto state = [&] {  // "123 (sleep) S ..."; "": it is gone
     std::ifstream file("/proc/" + started.substr(0, started.size() - 1) + "/stat");

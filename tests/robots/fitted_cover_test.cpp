@@ -59,6 +59,7 @@ TEST(FittedCover, AShareOfABoomIsNotByItsLength) {
 }
 
 TEST(FittedCover, FitsAMeshOnceARun) {
+  // Options that count the fits.
   int fits = 0;
   std::string named_mesh;
   FittedCoverOptions options;
@@ -73,6 +74,7 @@ TEST(FittedCover, FitsAMeshOnceARun) {
     EXPECT_EQ(fit.hexahedra.size(), 2u);
     EXPECT_EQ(name, "angle");
   };
+  // One mesh is fitted once, also by a copy and under another name.
   const CoverMesh cover = fitted_cover(options);
   const CoverMesh copy = cover;
   TriangleMesh angle = test::angle_mesh();
@@ -80,6 +82,7 @@ TEST(FittedCover, FitsAMeshOnceARun) {
   EXPECT_EQ(copy(angle, "the same").error, error);
   EXPECT_EQ(fits, 1);
   EXPECT_EQ(named_mesh, "angle");
+  // Another mesh is fitted anew.
   for (Vector3& v : angle.vertices) v *= 0.9;
   cover(angle, "angle");
   EXPECT_EQ(fits, 2);

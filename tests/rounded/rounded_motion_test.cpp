@@ -93,6 +93,7 @@ TEST(RoundedMotion, NoStopIsLate) {
   std::mt19937_64 engine(20265);
   int blocked = 0, unfinished = 0;
   for (int i = 0; i < 1000; ++i) {
+    // Two solids apart, of which one is rounded at least, and their paths.
     Random random(engine());
     const std::array solids{random_rounded(random),
                             random.one_in(3) ? random_solid(random, 1.0) : random_rounded(random)};
@@ -101,12 +102,14 @@ TEST(RoundedMotion, NoStopIsLate) {
     const Vector3 way_a = random.vector(1.0), turn_a = random.vector(1.5);
     const Vector3 way_b = random.vector(1.0), turn_b = random.vector(1.5);
     const RigidPath a = RigidPath::by(from_a, way_a, turn_a), b = RigidPath::by(from_b, way_b, turn_b);
+    // The stop is within the gap,
     const Impact impact = find(solids, a, b);
     SCOPED_TRACE(i);
     ASSERT_NE(impact.status, ImpactStatus::failed);
     blocked += impact.status == ImpactStatus::blocked ? 1 : 0;
     unfinished += impact.status == ImpactStatus::iteration_limit ? 1 : 0;
     EXPECT_TRUE(impact.status != ImpactStatus::blocked || impact.geometry.separation <= kGap);
+    // and nothing before it is below half the gap.
     constexpr int kSamples = 32;
     for (int k = 0; k <= kSamples; ++k) {
       const double s = impact.lo * k / kSamples;

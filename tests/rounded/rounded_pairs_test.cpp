@@ -25,6 +25,7 @@ std::uint64_t figure_of(const char* name, std::uint64_t otherwise) {
 }
 
 Hexahedron random_rounded(Random& random) {
+  // Spheres, capsules, flat and rounded boxes, padded sheared blocks, and solids without a radius.
   const double radius = random.one_in(8) ? 1e-9 : random.uniform(0.01, 0.6);
   switch (random.below(8)) {
     case 0:
@@ -141,9 +142,11 @@ TEST(RoundedRandomPairs, NativeAgreesWithExact) {
   const auto native = make_native();
   Worst worst;
   for (std::uint64_t i = 0; i < count; ++i) {
+    // A pair with a rounded solid.
     const RandomPair pair = random_pair(engine);
     if (!pair.solids[0].is_rounded() && !pair.solids[1].is_rounded()) continue;
     SCOPED_TRACE(i);
+    // Class and geometry against `exact`; overlap and the reverse pair against distance.
     native->build(pair.solids);
     const Answer answer = ask(*native, pair.poses, {.kind = QueryKind::distance});
     compare(pair, answer, worst);
@@ -154,6 +157,7 @@ TEST(RoundedRandomPairs, NativeAgreesWithExact) {
     ASSERT_EQ(reversed.geometry.separation, answer.geometry.separation);
     ASSERT_EQ(reversed.geometry.n_AB_W, Vector3(-answer.geometry.n_AB_W));
   }
+  // The worst of all, in units of the resolution that is claimed.
   const double resolution = native->capabilities().resolution.relative;
   RecordProperty("separation", std::to_string(worst.separation / resolution));
   RecordProperty("normal", std::to_string(worst.normal / resolution));
@@ -200,6 +204,7 @@ TEST(RoundedRandomPairs, PointsOfManifoldsAreOnTheSurfaces) {
 }
 
 TEST(RoundedRandomPairs, OneBatchAnswersAsPairByPairAndAllocatesNothing) {
+  // A crowd of both kinds, of which one has no pose.
   Random random(20263);
   std::mt19937_64 engine(20264);
   std::vector<Hexahedron> solids;
@@ -214,6 +219,7 @@ TEST(RoundedRandomPairs, OneBatchAnswersAsPairByPairAndAllocatesNothing) {
   const auto native = make_native();
   native->build(solids);
   const auto workspace = native->make_workspace();
+  // Each query: a batch without allocations, then pair by pair.
   for (const QueryKind kind : {QueryKind::overlap, QueryKind::distance, QueryKind::manifold}) {
     Answers all;
     evaluate(*native, pairs, poses, {.kind = kind}, *workspace, all);

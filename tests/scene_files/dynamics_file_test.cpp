@@ -229,6 +229,7 @@ TEST(DynamicsFile, ContactOnlyReadersPassTheDynamicsBy) {
 }
 
 TEST(DynamicsFile, BadBodiesAreNamedWithFileAndLine) {
+  // Mass and inertia.
   EXPECT_EQ(error_in_body("kind: dynamic, mass: 0"), "18: object 'a': the mass is 0, not a positive number");
   EXPECT_EQ(error_in_body("kind: dynamic, mass: -1"),
             "18: object 'a': the mass is -1, not a positive number");
@@ -241,6 +242,7 @@ TEST(DynamicsFile, BadBodiesAreNamedWithFileAndLine) {
             "18: object 'a': principal moment -1 kg m2 is not positive");
   EXPECT_EQ(error_in_body("kind: dynamic, mass: 1, inertia: {point: [0, 0, 0]}"),
             "18: object 'a': principal moment 0 kg m2 is not positive");
+  // Fields that are missing, unknown, or of another kind of body.
   EXPECT_EQ(error_in_body("kind: dynamic"), "18: object 'a': expected one of mass, density");
   EXPECT_EQ(error_in_body("kind: dynamic, mass: .nan"), "18: object 'a': mass: not finite: .nan");
   EXPECT_EQ(error_in_body("mass: 1"), "18: object 'a': missing 'kind'");
@@ -251,6 +253,7 @@ TEST(DynamicsFile, BadBodiesAreNamedWithFileAndLine) {
       error_in_body("kind: kinematic, velocity: [1, 0, 0]"),
       "18: object 'a': velocity: only dynamic bodies start with one; kinematic ones have a motion, links "
       "joint rates");
+  // Surfaces.
   EXPECT_EQ(error_in_body("kind: dynamic, mass: 1, friction: -0.5"),
             "18: object 'a': friction: must be >= 0");
   EXPECT_EQ(error_in_body("kind: dynamic, mass: 1, restitution: 1.5"),
@@ -259,6 +262,7 @@ TEST(DynamicsFile, BadBodiesAreNamedWithFileAndLine) {
             "18: dynamics: bodies: unknown key 'colour'; known: object, kind, mass, density, inertia, "
             "velocity, turn, friction, "
             "restitution");
+  // Objects.
   EXPECT_EQ(error_of("dynamics:\n  step: 0.1\n  bodies:\n    - {object: z, kind: static}\n"),
             "18: dynamics: bodies: object: the scene has no object 'z'");
   EXPECT_EQ(error_of("dynamics:\n  step: 0.1\n  bodies:\n    - {object: d, kind: dynamic, mass: 1}\n"),
@@ -266,6 +270,7 @@ TEST(DynamicsFile, BadBodiesAreNamedWithFileAndLine) {
 }
 
 TEST(DynamicsFile, BadJointsAreNamedWithFileAndLine) {
+  // Figures of a joint.
   const std::string good = "kind: revolute, child: a, position: [0, 0, 0], axis: [0, 0, 1]";
   EXPECT_EQ(error_in_joint(good), "accepted");
   const std::string joint = "21: mechanism 'm': joint 'j': ";
@@ -278,6 +283,7 @@ TEST(DynamicsFile, BadJointsAreNamedWithFileAndLine) {
   EXPECT_EQ(error_in_joint(good + ", drive: {brake: -3}"), joint + "drive: brake: must be >= 0");
   EXPECT_EQ(error_in_joint(good + ", drive: {rate: 1, torque: 2}"),
             joint + "drive: expected one of torque, rate, brake, position");
+  // What it joins, and its axis.
   EXPECT_EQ(error_in_joint("kind: revolute, child: z, position: [0, 0, 0], axis: [0, 0, 1]"),
             joint + "child: the scene has no object 'z'");
   EXPECT_EQ(error_in_joint("kind: revolute, child: a, parent: a, position: [0, 0, 0], axis: [0, 0, 1]"),
@@ -286,6 +292,7 @@ TEST(DynamicsFile, BadJointsAreNamedWithFileAndLine) {
             joint + "axis: the axis is zero");
   EXPECT_EQ(error_in_joint("kind: ball, child: a"),
             joint + "kind: unknown kind 'ball'; known: fixed, revolute, prismatic");
+  // Links that move by themselves, have no mass, or hang on what is not of the mechanism.
   EXPECT_EQ(
       error_of("dynamics:\n  step: 0.1\n  bodies: [{object: d, mass: 1}]\n  mechanisms:\n    - name: m\n"
                "      joints:\n"
@@ -309,12 +316,14 @@ TEST(DynamicsFile, BadJointsAreNamedWithFileAndLine) {
 }
 
 TEST(DynamicsFile, BadSettingsActionsAndAnswersAreNamedWithFileAndLine) {
+  // Settings.
   EXPECT_EQ(error_of("dynamics: {step: 0}\n"), "15: dynamics: step: must be > 0");
   EXPECT_EQ(error_of("dynamics: {step: 0.3}\n"),
             "15: dynamics: step: does not divide the duration into whole steps");
   EXPECT_EQ(error_of("dynamics: {bodies: []}\n"), "15: dynamics: missing 'step'");
   EXPECT_EQ(error_of("dynamics: {step: 0.1, contact_margin: 1.0e-7}\n"),
             "15: dynamics: contact_margin: is not above the contact gap");
+  // Actions.
   const std::string start = "dynamics:\n  step: 0.1\n  bodies: [{object: a, kind: dynamic, mass: 1}]\n";
   EXPECT_EQ(error_of(start + "  actions:\n    - {time: 0, release: a}\n"),
             "19: release: object 'a' is not carried");
@@ -327,6 +336,7 @@ TEST(DynamicsFile, BadSettingsActionsAndAnswersAreNamedWithFileAndLine) {
             "20: action: the time is before the action above, or is none");
   EXPECT_EQ(error_of(start + "  actions:\n    - {time: 0, drive: {joint: m.j, brake: 1}}\n"),
             "19: dynamics: actions: drive: joint: the scene has no joint 'm.j' (mechanism.joint)");
+  // Answers.
   EXPECT_EQ(error_of(start + "  answers:\n    - {of: b, figure: velocity, value: [0, 0, 0], tolerance: 1}\n"),
             "19: dynamics: answers: of: is not dynamic: it has no such figure");
   EXPECT_EQ(error_of(start + "  answers:\n    - {of: a, figure: velocity, value: [0, 0, 0], tolerance: 0}\n"),
@@ -337,6 +347,7 @@ TEST(DynamicsFile, BadSettingsActionsAndAnswersAreNamedWithFileAndLine) {
 }
 
 TEST(DynamicsFile, PairsHaveFiguresOfTheirOwnAndScenesTheirRule) {
+  // Rules and pairs are read.
   const physics::DynamicScene scene = loaded(
       "dynamics:\n"
       "  step: 0.1\n"
@@ -352,10 +363,12 @@ TEST(DynamicsFile, PairsHaveFiguresOfTheirOwnAndScenesTheirRule) {
   EXPECT_EQ(scene.pairs[0].friction, 0.25);
   EXPECT_FALSE(scene.pairs[0].restitution.has_value());
   EXPECT_EQ(scene.pairs[1].restitution, 0.75);
+  // A pair of copies is each pair of them.
   EXPECT_EQ(load_dynamic_scene(written(with_copies("count: [3, 1, 1], spacing: [2, 2, 2]") +
                                        "  pairs: [{between: [box, box], friction: 0.1}]\n"))
                 .pairs.size(),
             6u);
+  // Bad ones.
   const std::string start = "dynamics:\n  step: 0.1\n  pairs:\n    - ";
   EXPECT_EQ(error_of(start + "{between: [a, a], friction: 1}\n"),
             "18: dynamics: pairs: between: an object is no pair with itself");

@@ -120,6 +120,7 @@ TEST(PairFile, BentSolidsAreMarkedAsInSceneFiles) {
 }
 
 TEST(PairFile, ABadCaseIsInvalidAndTheRestGoesOn) {
+  // Shapes.
   EXPECT_EQ(reason(R"({"type": "box", "size": ["NaN", 1, 1]})"), "shape 1: size: not finite: NaN");
   EXPECT_EQ(reason(R"({"type": "box", "size": ["-Infinity", 1, 1]})"),
             "shape 1: size: not finite: -Infinity");
@@ -130,6 +131,7 @@ TEST(PairFile, ABadCaseIsInvalidAndTheRestGoesOn) {
   EXPECT_EQ(reason(R"({"type": "box", "size": [1, 1]})"), "shape 1: size: expected 3 numbers, got [1,1]");
   EXPECT_EQ(reason(R"({"type": "sphere"})"), "shape 1: unknown type \"sphere\"; known: box, convex");
   EXPECT_EQ(reason(R"({"type": "convex", "vertices": []})"), "shape 1: has 0 vertices, a hexahedron has 8");
+  // Poses.
   EXPECT_EQ(reason(kBox, R"({"position": [0, 0, 0]})"), "pose 1: missing 'quaternion_wxyz'");
   EXPECT_EQ(reason(kBox, R"({"position": [0, 0, 0], "quaternion_wxyz": [0, 0, 0, 0]})"),
             "pose 1: the quaternion is zero");
@@ -184,6 +186,7 @@ TEST(PairFile, OnlyTheWholeFileThrows) {
 }
 
 TEST(PairFile, RoundTripsBitForBit) {
+  // Figures that short texts would round.
   PairCase one;
   one.id = "one \"quoted\"";
   Pose X;
@@ -197,6 +200,7 @@ TEST(PairFile, RoundTripsBitForBit) {
       ExactAnswer{PairClass::separated, "1.000000000000000000000000000000001e-3", Vector3(0.6, 0.8, 0)};
   one.why_hard = "made up";
   save_pairs(temporary(), std::array{one});
+  // Every bit comes back.
   const std::vector<PairCase> back = load_pairs(temporary());
   ASSERT_EQ(back.size(), 1u);
   ASSERT_TRUE(back[0].pair) << back[0].invalid_reason;

@@ -130,11 +130,13 @@ std::string error_of(const std::string& text) {
 }
 
 TEST(PassiveScene, BadRulesAreNamedByLine) {
+  // The rule stands in line 18.
   const auto expect_error = [](const std::string& rule, const std::string& reason) {
     const std::string error = error_of(tray_text("rules:\n  - " + rule + "\n"));
     EXPECT_EQ(error.substr(0, 3), "18:") << error;
     EXPECT_NE(error.find(reason), std::string::npos) << error;
   };
+  // Bad rules.
   expect_error("{between: [tray, lid], passive: stays}", "'lid' names no object or group");
   expect_error("{between: [tray, load/box], passive: stays}", "'load/box' names no object or group");
   expect_error("{between: [tray, tray], passive: stays}", "one object twice");
@@ -146,6 +148,7 @@ TEST(PassiveScene, BadRulesAreNamedByLine) {
   expect_error("{between: [tray, load], translation_only: 1}", "expected true or false");
   expect_error("{between: [tray, load], warn_distance: -1}", "finite and >= 0");
   expect_error("{between: [tray, load], pasive: stays}", "unknown key 'pasive'");
+  // A static object neither moves nor is carried.
   const std::string moving =
       error_of(tray_text("",
                          "  - {name: a, static: true, motion: {segments: [{velocity: [1, 0, "

@@ -42,6 +42,7 @@ std::string turned_block_with_three_decimals() {
 }
 
 TEST(SceneFile, ReadsUnitsPosesGroupsAndExemptions) {
+  // Units, parameters, groups, and exemptions of a group and of a hexahedron.
   const Scene scene = load_scene(
       written("name: s\nunits: {length: mm, angle: deg}\nparameters: {side: 2000, turn: 90}\nframe_rate: "
               "4\ncontact_gap: 1e-6\n"
@@ -53,6 +54,7 @@ TEST(SceneFile, ReadsUnitsPosesGroupsAndExemptions) {
               "  - name: b\n    hexahedra: [{name: x, box: {size: [10, 10, 10]}}]\n"
               "  - name: c\n    groups: [jaws]\n    hexahedra: [{name: x, box: {size: [10, 10, 10]}}]\n"
               "exempt: [[jaws, b], [a/y, c]]\n"));
+  // Lengths are in metres, angles in radians.
   EXPECT_EQ(scene.policy, ContactPolicy::slide);
   EXPECT_DOUBLE_EQ(scene.contact_gap, 1e-9);
   EXPECT_EQ(scene.frame_count(), 11u);
@@ -60,6 +62,7 @@ TEST(SceneFile, ReadsUnitsPosesGroupsAndExemptions) {
   EXPECT_EQ(a.X_WO.p, Vector3(1, 0, 0));
   EXPECT_NEAR(a.X_WO.R(1, 0), 1.0, 1e-16);
   EXPECT_EQ(a.tree.solids()[0].solid.half_extents(), Vector3(1.0, 0.5, 0.5));
+  // All pairs but one are exempt.
   const SceneInstance instance(scene);
   EXPECT_EQ(instance.solid_name(1), "a/y");
   EXPECT_TRUE(instance.is_exempt(0, 1));  // one object
@@ -188,6 +191,7 @@ TEST(SceneFile, CornersAsFilesWriteThemLoadInAnyOrder) {
 }
 
 TEST(SceneFile, ErrorsNameFileLineObjectAndHexahedron) {
+  // Sizes.
   EXPECT_EQ(
       error_in_objects("  - name: a\n    hexahedra:\n      - name: h\n        box: {size: [1, -2, 1]}\n"),
       "9: object 'a': hexahedron 'h': size along y is -2, must be > 0");
@@ -208,6 +212,7 @@ TEST(SceneFile, ErrorsNameFileLineObjectAndHexahedron) {
       error_in_objects(
           "  - name: a\n    hexahedra:\n      - name: h\n        box:\n          size: [1, 1e400, 1]\n"),
       "11: object 'a': hexahedron 'h': box: size: beyond the range of a double: 1e400");
+  // Parameters, keys and shapes.
   EXPECT_EQ(error_in_objects(
                 "  - name: a\n    hexahedra:\n      - name: h\n        box:\n          size: [1, $w, 1]\n"),
             "11: object 'a': hexahedron 'h': box: size: unknown parameter '$w'; known: none");

@@ -155,6 +155,7 @@ std::string shape_error(const std::string& geometry) {
 }
 
 TEST(Sdf, BadFilesAreRefusedByLine) {
+  // Documents.
   EXPECT_THAT(error("no xml"), HasSubstr("r.sdf:"));
   EXPECT_THAT(error(model("<link name='a'>")), HasSubstr("r.sdf:"));
   EXPECT_THAT(error("<robot/>"), HasSubstr("r.sdf: no <sdf>"));
@@ -162,6 +163,7 @@ TEST(Sdf, BadFilesAreRefusedByLine) {
   EXPECT_THAT(error(model("")), HasSubstr("r.sdf:2: <model> 'arm': has no link"));
   EXPECT_THAT(error(model("<include><uri>a</uri></include>")),
               HasSubstr("r.sdf:3: <include>: mesh 'a': there is no file a"));
+  // Links and their poses.
   EXPECT_THAT(error(model("<link/>")), HasSubstr("r.sdf:3: <link>: has no name"));
   EXPECT_THAT(error(model("<link name='a'><pose>0 0 nan 0 0 0</pose></link>")),
               HasSubstr("'nan' is no finite"));
@@ -172,6 +174,7 @@ TEST(Sdf, BadFilesAreRefusedByLine) {
       error(model("<link name='a'><pose relative_to='b'/></link><link name='b'><pose relative_to='a'/>"
                   "</link>")),
       HasSubstr("goes round in a ring"));
+  // Joints.
   EXPECT_THAT(error(model("<link name='a'/><link name='b'/><joint name='j' type='ball'><parent>a</parent>"
                           "<child>b</child></joint>")),
               HasSubstr("<joint> 'j': joints of type 'ball' are not supported"));

@@ -124,6 +124,7 @@ TEST(StationDynamics, WhatIsPushedFloatsOff) {
 }
 
 TEST(StationTasks, DoneBeyondTheirLimitsAreSaidToBe) {
+  // A scene of one block, flown by a script.
   const std::filesystem::path folder =
       std::filesystem::path(testing::TempDir()) / "touchstone_station_limits";
   std::filesystem::create_directories(folder);
@@ -136,6 +137,7 @@ objects: [{name: a, hexahedra: [{name: s, box: {size: [1, 1, 1]}}]}]
 )";
   std::ofstream(folder / "block.yaml")
       << "name: b\nscene: {file: scene.yaml}\nduration: 60\nhands: [{object: a, rates: [{time: 0}]}]\n";
+  // With a task that has these limits.
   const auto load = [&](const std::string& limits) {
     std::ofstream(folder / "block.tasks.json")
         << R"([{"name": "t", "title": "t", "kind": "reach", "position": [0.1, 0, 0], "within": 0.01, "limits": )"
@@ -144,6 +146,7 @@ objects: [{name: a, hexahedra: [{name: s, box: {size: [1, 1, 1]}}]}]
     scenes.push_back(load_station_scene(folder / "block.yaml", 50.0));
     return scenes;
   };
+  // The block is there after 0.26 s.
   const auto is_within = [&](const std::string& limits) {
     const StationScenes scenes = load(limits);
     Session session(scenes, 0, kOurs);
@@ -211,6 +214,7 @@ TEST(StationDynamics, IsRefusedWhereTheSceneHasNone) {
 }
 
 TEST(StationDynamics, AFlightReplaysToTheSameBitsThroughItsText) {
+  // A flight with forces, a latch and a fault, recorded as it goes.
   const StationScenes scenes = bundled({"worksite"});
   Session session(scenes, 0);
   Recorder recorder(scenes, {scenes[0]->name, 50.0, kAllMethods, {}, 0, {}});
@@ -231,12 +235,14 @@ TEST(StationDynamics, AFlightReplaysToTheSameBitsThroughItsText) {
     recorder.work();
   }
   recorder.end(session.frame(), session.hash());
+  // Its text replays to the same hash.
   std::istringstream text(recorder.kept());
   const Recording recording = read_recording(text, "text", scenes);
   Session again(scenes, 0);
   replay(recording, again);
   EXPECT_TRUE(again.flight().state().dynamics);
   EXPECT_EQ(hash_text(again.hash()), recording.hash);
+  // Without the fault it does not.
   Session other(scenes, 0);
   Recording without = recording;
   std::erase_if(without.inputs, [](const RecordedInput& input) {

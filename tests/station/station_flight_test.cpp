@@ -213,6 +213,7 @@ TEST(StationLatch, ClosesWithinReachAloneAndCarriesInAllMethods) {
 
 /// Two blocks that a script latches one way and then the other, under a title that is no UTF-8.
 StationScenes two_blocks() {
+  // A scene of two blocks that nearly touch.
   const std::filesystem::path folder =
       std::filesystem::path(testing::TempDir()) /
       ("touchstone_station_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
@@ -226,6 +227,7 @@ objects:
   - {name: a, pose: {position: [0, 0, 0]}, hexahedra: [{name: s, box: {size: [1, 1, 1]}}]}
   - {name: b, pose: {position: [1.01, 0, 0]}, hexahedra: [{name: s, box: {size: [1, 1, 1]}}]}
 )";
+  // Its script: a name with a byte that is no UTF-8, and latches in both directions.
   std::ofstream(folder / "blocks.yaml") << "name: MY \xff OWN\n"
                                         << R"(scene: {file: blocks_scene.yaml}
 policy: slide

@@ -365,9 +365,11 @@ TEST_F(StationServer, BeyondLoopbackAsksForATokenAndTakesItsCookie) {
 }
 
 TEST_F(StationServer, ClosesTheSocketOfGarbageAndNoOther) {
+  // Somebody who watches.
   start();
   Page watcher(server_->port());
   ASSERT_EQ(watcher.join(), 101U);
+  // Text that is no message, bytes, and too much of either end the connection.
   const auto reason_for = [&](const auto& say) {
     Page page(server_->port());
     EXPECT_EQ(page.join(), 101U);
@@ -383,6 +385,7 @@ TEST_F(StationServer, ClosesTheSocketOfGarbageAndNoOther) {
                 page.socket().write(asio::buffer(std::string(R"({"type": "ping", "stamp": 1})")), error);
             }) / 1000,
             1U);
+  // A message of an unknown type does not, and others go on.
   Page refused(server_->port());
   ASSERT_EQ(refused.join(), 101U);
   refused.say(R"({"type": "fly"})");

@@ -144,12 +144,14 @@ TEST(StationTasks, ARaisedArmIsStoppedByThePanelOverTheRails) {
 }
 
 TEST(StationTasks, GoalsCountAttitudesAndSayWhatTheyCannotMean) {
+  // Tasks are read with the scene's objects and tips.
   const StationScenes scenes = bundled({"otcm"});
   const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "station_goals.tasks.json";
   const auto read = [&](const std::string& goal) {
     std::ofstream(file) << R"([{"name": "t", "title": "t", )" << goal << "}]";
     return read_tasks(file, scenes[0]->setting, scenes[0]->tips);
   };
+  // A goal with an attitude counts within both limits.
   const StationTask task = read(
       R"("kind": "place", "object": "oru", "position": [1, 0, 0], "within": 0.1, "rpy": [0, 0, 90], "turn": 1)")
       [0];
@@ -168,6 +170,7 @@ TEST(StationTasks, GoalsCountAttitudesAndSayWhatTheyCannotMean) {
   X.R = turned(90.0);
   X.p.x() = 1.2;
   EXPECT_FALSE(is_at(task, X));
+  // Goals that say nothing are refused by file and reason.
   for (const auto& [goal, why] : std::initializer_list<std::pair<const char*, const char*>>{
            {R"("kind": "fly")", "no kind of task 'fly'"},
            {R"("kind": "carry", "object": "oru", "speed": 1)", "unknown field 'speed'"},

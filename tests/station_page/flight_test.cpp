@@ -161,6 +161,7 @@ TEST_F(StationPage, SaysThatItIsThereAlreadyWhereNoContactSaysWhichWay) {
 
 TEST_F(StationPage, SendsWhatTheKeysAndListsCommand) {
   open();
+  // Keys, and the message that each sends.
   const std::pair<const char*, const char*> keys[] = {{"Space", "brakes===true"},
                                                       {"KeyV", "vernier===true"},
                                                       {"KeyM", "mode==='joint'"},
@@ -177,6 +178,7 @@ TEST_F(StationPage, SendsWhatTheKeysAndListsCommand) {
         becomes_true("fake.received.slice(" + was + ").some(m => m.type === 'control' && m." + sent + ")"))
         << key;
   }
+  // Lists and switches.
   value(
       "document.getElementById('policy').value='hold';document.getElementById('policy').onchange({target:"
       "document.getElementById('policy')})");

@@ -159,14 +159,17 @@ TEST_F(StationPage, BoundsTheOffsetByEveryMessageAndAsksMoreOftenWhereItKnowsLit
 }
 
 TEST_F(StationPage, LooksBackAndSavesWhatWasFlown) {
+  // A flight that ends at a block.
   open();
   browser_->press("KeyW");
   ASSERT_TRUE(becomes_true("touchstoneStation.station.frame.methods[3].blocked"));
   browser_->press("KeyW", false);
+  // Back to its start.
   value(
       "(() => { const line = document.getElementById('line'); line.value = '0'; line.dispatchEvent(new "
       "Event('input')); })()");
   EXPECT_TRUE(becomes_true("seen.tip(3) < -0.9"));
+  // Saved, opened again, opened cut short, and opened though it is none.
   const nlohmann::json found = value(R"((async () => {
     const {timeline, station} = touchstoneStation, count = timeline.frames.length;
     const bytes = await timeline.file(station.hello, station.scene).arrayBuffer();
@@ -183,6 +186,7 @@ TEST_F(StationPage, LooksBackAndSavesWhatWasFlown) {
   EXPECT_EQ(found["name"], "made_up");
   EXPECT_EQ(found["short"].get<int>(), found["count"].get<int>() - 1);
   EXPECT_EQ(found["cut"], "this is no saved flight");
+  // Live again.
   value("document.getElementById('live').click()");
   EXPECT_TRUE(becomes_true("seen.tip(3) > 0.6"));
 }

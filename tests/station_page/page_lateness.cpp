@@ -20,6 +20,7 @@ using touchstone::station::RunningStation;
 // that it obeys, ms since it was decided) or is drawn. Of the last second and a half alone; numbers modulo 1
 // 000.
 constexpr const char* kWatch = R"js((() => {
+  // A log of what the page does; late pictures keep the last second and a half of it.
   const {latency, pace, picture, link} = touchstoneStation, log = [], from = performance.now();
   window.late = [];
   const note = (kind, ...of) => {
@@ -30,6 +31,7 @@ constexpr const char* kWatch = R"js((() => {
     const was = owner[name].bind(owner);
     owner[name] = (...of) => { tell(...of); return was(...of); };
   };
+  // Each part tells the log.
   after(latency, 'add', ms => {
     note('drawn', ms);
     if (ms <= latency.limit) return;
@@ -52,6 +54,7 @@ constexpr const char* kWatch = R"js((() => {
 })())js";
 
 void measure(double seconds, const std::vector<std::string>& options) {
+  // The station and its page.
   const TemporaryProfile profile("station_page_lateness");
   const RunningStation station("worksite", options);
   Browser browser(profile.path());
@@ -61,6 +64,7 @@ void measure(double seconds, const std::vector<std::string>& options) {
     throw std::runtime_error("no picture was drawn");
   browser.evaluate(kWatch);
   browser.wait(seconds);
+  // What the page measured.
   const nlohmann::json found = browser.evaluate(
       "(async () => { const {latency, pace} = touchstoneStation; "
       "const {deadline, sum_less_input_to_drawn_us: apart} = await (await fetch('/latency.json')).json(); "
@@ -68,6 +72,7 @@ void measure(double seconds, const std::vector<std::string>& options) {
       "median: latency.percentile(0.5), most: latency.percentile(0.999), "
       "says: pace.says() || 'drawn in full', missed: deadline.missed, steps: deadline.steps, apart, "
       "all: window.late}; })()");
+  // Quantiles, deadlines, and each late picture.
   std::printf("hand to picture: median %.0f, 99.9 %% %.0f, worst %.0f ms; later than 150 ms %d of %d\n",
               found["median"].get<double>(), found["most"].get<double>(), found["worst"].get<double>(),
               found["late"].get<int>(), found["total"].get<int>());

@@ -45,6 +45,7 @@ constexpr View kViews[] = {
     {"one, half detail", "show('detail', '0.5'); document.getElementById('show-cctv').click()"}};
 
 void measure(int solids, const View& view, double seconds) {
+  // The page beside a station that is made up.
   const touchstone::TemporaryProfile profile("station_page_speed");
   touchstone::Browser browser(profile.path());
   browser.serve("http://station.test/", PAGE);
@@ -57,6 +58,7 @@ void measure(int solids, const View& view, double seconds) {
       "window.show = (id, value) => { const node = document.getElementById(id); node.value = value; "
       "node.dispatchEvent(new Event('change')); };" +
       std::string(view.set));
+  // Counts and processor time, before and after.
   browser.wait(2.0);
   browser.evaluate("if (window.oldest) window.oldest = 0");
   const nlohmann::json before = browser.evaluate(kCounts);
@@ -65,6 +67,7 @@ void measure(int solids, const View& view, double seconds) {
   const double processor = browser.processor_seconds() - processor_before;
   const nlohmann::json after = browser.evaluate(kCounts);
   const auto change = [&](int i) { return after[i].get<double>() - before[i].get<double>(); };
+  // How old the pictures are.
   const nlohmann::json age = browser.evaluate(
       "touchstoneStation.station.ages.reduce((a, b) => a + b, 0) / touchstoneStation.station.ages.length / "
       "1000");

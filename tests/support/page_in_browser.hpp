@@ -25,11 +25,13 @@ class PageInBrowser : public ProgramTest {
   /// The page after `script` ran at its end, in a window of this size [px]; what the script left in `found`
   /// comes back.
   nlohmann::json look(std::string page, const std::string& script, int width = 1440, int height = 900) {
+    // Faults are kept from the start.
     const std::string watch =
         "<head><script>window.faults=[];addEventListener('error',e=>faults.push(String(e.message||e.type)),"
         "true);"
         "console.error=console.warn=(...a)=>faults.push(a.join(' '));</script>";
     page.replace(page.find("<head>"), 6, watch);
+    // The script's answer, faults and requests go into the page as text that survives.
     const std::string tail =
         "<script>let found=null;try{" + script +
         "}catch(e){faults.push(String(e))}"
@@ -39,6 +41,7 @@ class PageInBrowser : public ProgramTest {
         "querySelectorAll('[src],link')].map(e=>e.src||e.href)]}))));"
         "document.body.appendChild(pre)},0))</script></body>";
     page.replace(page.rfind("</body>"), 7, tail);
+    // The browser prints the page as it is in the end.
     const std::string file = write("page.html", page).string();
     const Outcome outcome =
         run("--user-data-dir=" + (folder_ / "profile").string() + " --window-size=" + std::to_string(width) +

@@ -88,6 +88,7 @@ class ProgramTest : public FolderTest {
   /// The same, as soon as `ready(what it has printed so far)`; or when it has ended, or a minute is over.
   template <class Ready, class = std::enable_if_t<std::is_invocable_r_v<bool, Ready, std::string>>>
   std::pair<Outcome, double> run_until(const std::string& arguments, const Ready& ready, int signal) const {
+    // The program is the process itself, so that the signal is its.
     const std::filesystem::path out = folder_ / "out", err = folder_ / "err";
     const std::string command =
         "exec " + program_ + " " + arguments + " >" + out.string() + " 2>" + err.string();
@@ -96,6 +97,7 @@ class ProgramTest : public FolderTest {
       execl("/bin/sh", "sh", "-c", command.c_str(), static_cast<char*>(nullptr));
       _exit(127);
     }
+    // As soon as it is ready, or too late, it gets the signal.
     const auto has_ended = [process] {
       siginfo_t info{};
       return waitid(P_PID, static_cast<id_t>(process), &info, WEXITED | WNOHANG | WNOWAIT) != 0 ||
@@ -105,6 +107,7 @@ class ProgramTest : public FolderTest {
     while (!ready(read(out)) && !has_ended() && std::chrono::steady_clock::now() < patience)
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
     kill(process, signal);
+    // From then on to its end.
     const auto start = std::chrono::steady_clock::now();
     int status = 0;
     waitpid(process, &status, 0);

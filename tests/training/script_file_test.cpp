@@ -75,12 +75,14 @@ actions:
   - {time: 2, release: table}
   - {time: 2, switch_off: table}
 )");
+  // Settings.
   EXPECT_EQ(script.scene.frame_rate, 100);
   EXPECT_EQ(script.scene.duration, 3);
   EXPECT_EQ(script.scene.policy, ContactPolicy::slide);
   EXPECT_TRUE(script.translation_only);
   EXPECT_EQ(script.scene.objects[1].X_WO.p.z(), 2.0);
   EXPECT_TRUE(script.scene.objects[1].motion.segments.empty());  // only hands move objects
+  // Hands: of an object, and of an arm.
   ASSERT_EQ(script.hands.size(), 2u);
   const HandScript& hand = script.hands[0];
   ASSERT_EQ(hand.rates.size(), 2u);
@@ -95,6 +97,7 @@ actions:
   EXPECT_NEAR(script.hands[1].arm->joints[6], std::numbers::pi / 2, 1e-15);
   EXPECT_EQ(script.hands[1].arm->X_WL.p.x(), 1.0);
   EXPECT_NEAR(script.hands[1].arm->X_WL.R(2, 0), -1.0, 1e-15);
+  // Actions.
   ASSERT_EQ(script.actions.size(), 3u);
   EXPECT_EQ(script.actions[0].carrier, "cube");
   EXPECT_EQ(script.actions[2].kind, OperatorAction::Kind::switch_off);
@@ -109,6 +112,7 @@ TEST_F(ScriptFile, LeavesObjectsOfTheSceneOut) {
 }
 
 TEST_F(ScriptFile, RefusesWithFileAndLine) {
+  // Settings, scenes and hands.
   expect_refused(std::string(kHead) + "hands: []\nspeed: 3\n", 4, "unknown key 'speed'");
   expect_refused("name: x\nscene: {file: scene.yaml, parameters: {hight: 2}}\nhands: []\n", 2, "'hight'");
   expect_refused("name: x\nscene: {file: nowhere.yaml}\nhands: []\n", 2, "cannot be read");
@@ -126,6 +130,7 @@ TEST_F(ScriptFile, RefusesWithFileAndLine) {
   expect_refused(std::string(kHead) + "units: {length: ft}\nhands: []\n", 3, "unknown unit 'ft'");
   expect_refused(std::string(kHead) + "hands:\n  - {object: ball, rates: []}\n", 4, "no object 'ball'");
   expect_refused(std::string(kHead) + "hands:\n  - {object: cube, rates: []}\n", 4, "at least one row");
+  // Rows of rates.
   expect_refused(kHands + "      - {time: 0, velocity: [0, 0]}\n", 6, "expected 3 numbers, got 2");
   expect_refused(kHands + "      - {time: 0, velocity: [0, 0, fast]}\n", 6, "expected a number");
   expect_refused(kHands + "      - {time: 0, velocity: [0, 0, .nan]}\n", 6, "not finite");
@@ -159,6 +164,7 @@ const std::string kArm =
     "actions:\n";  // 6 lines with the head
 
 TEST_F(ScriptFile, LatchesToLinksOfTheArmsItFlies) {
+  // Latched to a link, with an exemption, and released.
   const Script script = load(kHead + kArm +
                              "  - {time: 1, latch: {carrier: ssrms.tip_lee, carried: cube, allowed: "
                              "[[ssrms.wrist_yaw, cube/cube]]}}\n  - {time: 2, release: cube}\n"
@@ -168,12 +174,14 @@ TEST_F(ScriptFile, LatchesToLinksOfTheArmsItFlies) {
   EXPECT_EQ(script.actions[0].allowed[0].first, "ssrms.wrist_yaw");
   EXPECT_EQ(script.actions[2].object, "ssrms.upper_boom");
   EXPECT_EQ(script.scene.objects.size(), 2u);  // the links come with the program's arms
+  // Links that there are not, and what an arm cannot be carried by.
   const std::string latch = kHead + kArm + "  - {time: 0, latch: ";
   expect_refused(latch + "{carrier: ssrms.hand, carried: cube}}\n", 7, "no object 'ssrms.hand'");
   expect_refused(latch + "{carrier: ssrms.tip, carried: cube}}\n", 7, "no object 'ssrms.tip'");
   expect_refused(latch + "{carrier: table, carried: ssrms.tip_lee}}\n", 7, "carried by nothing");
   expect_refused(latch + "{carrier: ssrms.tip_lee, carried: cube, allowed: [[ssrms.hand, cube]]}}\n", 7,
                  "'ssrms.hand'");
+  // An arm is held at a fixture by one of its links.
   const std::string hold = kHead + kArm + "  - {time: 0, hold: ";
   const OperatorAction held = load(hold + "{fixture: table, link: ssrms.base_lee}}\n").actions[0];
   EXPECT_EQ(held.kind, OperatorAction::Kind::hold);
@@ -183,6 +191,7 @@ TEST_F(ScriptFile, LatchesToLinksOfTheArmsItFlies) {
                  "fixture: is a link of an arm");
   expect_refused(hold + "{fixture: table, link: cube}}\n", 7, "link: is no link of an arm");
   expect_refused(hold + "{fixture: table}}\n", 7, "link");
+  // Links of arms that no hand flies.
   expect_refused(kHands +
                      "      - {time: 0}\nactions:\n  - {time: 0, latch: {carrier: ssrms.tip_lee, carried: "
                      "cube}}\n",

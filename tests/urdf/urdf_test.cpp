@@ -54,16 +54,19 @@ TEST(Urdf, SolidsFillTheirShapesAndFacetsAreStated) {
   double low = 1e9, high = -1e9, widest = 0;
   for (std::uint32_t i = 0; i < 7; ++i) {
     const PlacedHexahedron& slice = arm.placed(boom.first_solid + i);
+    // A boom of sixteen facets, in seven slices, and a box.
     EXPECT_EQ(slice.name, "boom." + std::to_string(i));
     for (const Vector3& v : slice.solid.vertices()) {
       const Vector3 p = transform(slice.X_OS, v);
       low = std::min(low, p.x()), high = std::max(high, p.x());
       widest = std::max(widest, std::hypot(p.y(), p.z()));
+      // The slices fill its length, and are as wide as facets outside of the cylinder are.
     }
   }
   EXPECT_NEAR(low, 0, 1e-14);
   EXPECT_NEAR(high, 7.11, 1e-14);
   EXPECT_NEAR(widest, 0.175 / std::cos(std::numbers::pi / 16), 1e-14);
+  // The box, and the error that is stated.
   EXPECT_EQ(arm.placed(boom.first_solid + 7).name, "collision.1");
   EXPECT_EQ(arm.placed(boom.first_solid + 7).X_OS.p, Vector3(7.11, -0.2375, 0));
   ASSERT_EQ(arm.description().facet_figures.size(), 2u);

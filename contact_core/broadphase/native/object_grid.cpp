@@ -363,6 +363,7 @@ bool ObjectGrid::is_quick() const noexcept {
   constexpr std::uint32_t kMostAsked = 512, kTestedOf = 8;
   constexpr double kMostTests = 4096.0;
   if (in_cells_ == 0) return false;
+  // Of a sample of the objects, how many others each is tested against; of some, how many it meets.
   const std::uint32_t asked = std::min(kMostAsked, kLeastSamples + in_cells_ / 16),
                       cells = count_[0] * count_[1] * count_[2];
   double tests = 0.0, tested = 0.0, pairs = 0.0;
@@ -383,6 +384,7 @@ bool ObjectGrid::is_quick() const noexcept {
     probe.flush(meet);
     tested += is_tested ? 1.0 : 0.0;
   }
+  // Quick are few tests an object, and no more than its pairs are worth.
   tests /= asked, pairs /= std::max(1.0, tested);
   return tests <= kMostTests && pairs < 0.9 * PairList::kPairsPerObject &&
          tests <= kTestsPerObject + kTestsPerPair * pairs;
@@ -390,10 +392,12 @@ bool ObjectGrid::is_quick() const noexcept {
 
 void ObjectGrid::list_part(std::size_t part, const SolidBounds& bounds,
                            PairList::Writer& writer) const noexcept {
+  // The part after the last one of cells has the loose objects.
   if (part == cell_parts_) {
     list_loose(bounds, writer);
     return;
   }
+  // Rows of cells: each object against those after it, in its cell and in the next ones.
   const std::uint32_t rows = count_[1] * count_[2];
   const auto first_row = static_cast<std::uint32_t>(part) << part_shift_;
   const std::uint32_t last_row = std::min(rows, first_row + (1U << part_shift_));

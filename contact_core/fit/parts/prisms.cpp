@@ -461,17 +461,20 @@ bool give_flat_ones(const std::vector<Polygon>& flat, double room, std::vector<P
 
 // A shell that steps along the axis, slice by slice.
 std::vector<Prism> stack_along(const Shell& shell, const Vector3& axis, double over) {
+  // Heights at which the shell's outline changes.
   const double room = kRoom * over;
   std::vector<double> steps = steps_of(shell, axis, room);
   if (steps.size() < 3) return {};
   steps.front() -= 2.0 * room;  // nothing is cut off its ends
   steps.back() += 2.0 * room;
+  // Triangles along the axis, and those across it.
   std::vector<Polygon> sides, flat;
   for (std::size_t t = 0; t < shell.corners.size(); t += 3) {
     Polygon triangle = {shell.corners[t], shell.corners[t + 1], shell.corners[t + 2]};
     (is_flat(triangle, axis, room) ? flat : sides).push_back(std::move(triangle));
   }
   if (sides.empty()) return {};
+  // A prism from step to step; stairs where there is none.
   std::vector<Prism> slices;
   for (std::size_t i = 1; i < steps.size(); ++i) {
     Shell slice = slice_of(sides, axis, steps[i - 1], steps[i], room, flat);

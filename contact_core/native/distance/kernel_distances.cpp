@@ -55,12 +55,14 @@ void compute_scaled_distance(const SolidSet& set, const Kernels& kernels, const 
                              std::span<const Pose> poses, DistanceRecord& record) {
   const SolidData& a = set.solids[pair.a];
   const SolidData& b = set.solids[pair.b];
+  // Both are scaled by a power of two, exactly, so that the larger figure is of order one.
   if (!(std::min(a.size, b.size) >= kLeastSize)) return;
   const double high = std::max(magnitude_of(a, poses[pair.a]), magnitude_of(b, poses[pair.b]));
   const int exponent = -std::ilogb(high);
   const PoseRecord X[2] = {scaled(records_of(poses)[pair.a], exponent),
                            scaled(records_of(poses)[pair.b], exponent)};
   const PairIndices indices{0, 1};
+  // The kernels, then the accurate ones.
   if (kind_of(set, pair) == SolidKind::box) {
     const BoxRecord boxes[2] = {scaled(set.boxes[pair.a], exponent), scaled(set.boxes[pair.b], exponent)};
     DepthRecord depth = kNoDepth;
@@ -77,6 +79,7 @@ void compute_scaled_distance(const SolidSet& set, const Kernels& kernels, const 
       kernels.compute_parallelepiped_distances_accurately(X, shapes, &indices, 1, &record);
   }
   record.separation = std::scalbn(record.separation, -exponent);
+  // Back by the same power.
   for (double& p : record.from_A) p = std::scalbn(p, -exponent);
 }
 
@@ -114,6 +117,7 @@ void compute_batch_distances(const SolidSet& set, const Kernels& kernels, SolidK
                              const Certified* decided, bool separated_too, DistanceRecord* records) {
   using Pairs = std::span<const PairIndices>;
   std::fill_n(records, batch.count, kNoDistance);
+  // Pairs that the lanes certify as separated, from the axis that they found.
   const auto is_certain = [&](std::size_t i) {
     return separated_too && depths[i].certified == Certified::separated;
   };
@@ -123,6 +127,7 @@ void compute_batch_distances(const SolidSet& set, const Kernels& kernels, SolidK
                    for (std::size_t i = 0; i < pairs.size(); ++i) axes[i] = depths[slots[i]].axis;
                    compute_distances(set, kernels, kind, poses, pairs, axes.data(), out);
                  });
+  // Those that are not found so, and those that other means have decided: accurately.
   compute_picked(
       batch, records,
       [&](std::size_t i) {
@@ -132,6 +137,7 @@ void compute_batch_distances(const SolidSet& set, const Kernels& kernels, SolidK
       [&](Pairs pairs, const std::uint16_t*, DistanceRecord* out) {
         compute_distances_accurately(set, kernels, kind, poses, pairs, out);
       });
+  // Hulls where vertices alone decide.
   compute_picked(
       batch, records, [&](std::size_t i) { return is_certain(i) && vertices_decide(records[i]); },
       [&](Pairs pairs, const std::uint16_t*, DistanceRecord* out) {

@@ -69,12 +69,14 @@ struct CoarsePair {
 
   TOUCHSTONE_INLINE CoarsePair(const PoseRecord& X_WA, const BoxRecord& a, const PoseRecord& X_WB,
                                const BoxRecord& b) {
+    // The margin, from sizes and coordinates.
     const double tx = X_WB.p[0] - X_WA.p[0], ty = X_WB.p[1] - X_WA.p[1], tz = X_WB.p[2] - X_WA.p[2];
     const double size =
         (a.reach + b.reach) + ((__builtin_fabs(tx) + __builtin_fabs(ty)) + __builtin_fabs(tz));
     const double position = largest_of(X_WA.p) + largest_of(X_WB.p);
     margin = all<Double4>(kCoarse * size + kPositionRoundoffs * kU * position);
 
+    // B in A's axes.
     const Rows A = rows_of(X_WA), B = rows_of(X_WB);
     half_a = Double4{a.half_extents[0], a.half_extents[1], a.half_extents[2], 0.0};
     half_b = Double4{b.half_extents[0], b.half_extents[1], b.half_extents[2], 0.0};
@@ -84,11 +86,13 @@ struct CoarsePair {
     }
     T_A = times(A, tx, ty, tz);
 
+    // Figures so large that products could overflow do not count.
     const Double4 reach_b =
         (all<Double4>(b.half_extents[0]) * abs_C[0] + all<Double4>(b.half_extents[1]) * abs_C[1]) +
         all<Double4>(b.half_extents[2]) * abs_C[2];
     counts = (size + position < kOrdinaryHigh) & (in_three(reach_b < all<Double4>(kOrdinaryHigh)) == kThree);
 
+    // The largest gap along the faces' normals of both.
     Double4 row[3];  // of C, for B's faces
     transpose_three(abs_C, row);
     const Double4 reach_a =

@@ -264,6 +264,7 @@ struct BulletStacks {
 #endif
 
 void run_stacks(int steps, bool topples) {
+  // Both engines step in turn, so that a slower machine slows both.
   OurStacks ours(topples);
 #ifdef TOUCHSTONE_BENCHMARK_BULLET_DYNAMICS
   BulletStacks bullet(topples);
@@ -274,6 +275,7 @@ void run_stacks(int steps, bool topples) {
     bullet.step();
 #endif
   }
+  // Times.
   std::printf("%d stacks of %d boxes, %d steps of %g s, %zu contact points:\n", kStacks, height(), steps,
               kStep, ours.points);
   print_head("processor time [ms]");
@@ -289,6 +291,7 @@ void run_stacks(int steps, bool topples) {
 #ifdef TOUCHSTONE_BENCHMARK_BULLET_DYNAMICS
   print("Bullet: stepSimulation", bullet.stepping);
 #endif
+  // How far from right the results are.
   std::printf(
       "\nOurs: farthest box from its place %.1e m, worst residual %.1e m/s, %u islands unconverged; last "
       "step: "

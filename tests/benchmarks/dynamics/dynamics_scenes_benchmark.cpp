@@ -98,12 +98,14 @@ void write_text(const std::string& text, char* to, std::size_t size) {
 /// @param is_first else nothing but the costs is taken.
 Vector3 run(const BoxScene& scene, BoxEngine& engine, const Limits& limits, StepCosts& costs, bool is_first,
             Row& row) {
+  // Later runs repeat the steps of the first one.
   std::vector<double>& times = costs.times;
   const int steps = is_first
                         ? limits.steps > 0 ? limits.steps : static_cast<int>(scene.seconds / scene.step + 0.5)
                         : static_cast<int>(times.size());
   Moment now = moment_of(scene, engine);
   double least = now.energy, spent = 0.0;
+  // The least time of each step over all runs counts; figures of motion are the first run's.
   for (int i = 0; i < steps && (!is_first || spent < 1e6 * limits.seconds); ++i) {
     const long faults_before = page_faults();
     const double start = processor_us();
@@ -124,6 +126,7 @@ Vector3 run(const BoxScene& scene, BoxEngine& engine, const Limits& limits, Step
     least = std::min(least, now.energy);
     if (2 * i >= steps) row.late_speed = std::max(row.late_speed, now.speed);
   }
+  // Remarks are the first run's, too.
   if (is_first) {
     row.speed = now.speed, row.drift = now.drift;
     write_text(engine.name(), row.engine, sizeof(row.engine));
@@ -178,6 +181,7 @@ std::optional<Row> measure(const BoxScene& scene, const MakeEngine& make, const 
 
 /// In a process of its own. @return a row whose engine is empty: not built in.
 Row measure_apart(const BoxScene& scene, const char* name, const MakeEngine& make, const Limits& limits) {
+  // The engine runs in a process of its own: some end it where they fail.
   int ends[2];
   if (pipe(ends) != 0) throw std::runtime_error("no pipe");
   const pid_t child = fork();
@@ -194,6 +198,7 @@ Row measure_apart(const BoxScene& scene, const char* name, const MakeEngine& mak
     }
     _exit(write(ends[1], &row, sizeof(row)) == static_cast<ssize_t>(sizeof(row)) ? 0 : 2);
   }
+  // The row comes whole, or the process's end says why not.
   close(ends[1]);
   Row row;
   const bool is_whole = read(ends[0], &row, sizeof(row)) == static_cast<ssize_t>(sizeof(row));

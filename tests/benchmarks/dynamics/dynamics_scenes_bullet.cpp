@@ -46,16 +46,19 @@ class Bullet final : public BoxEngine {
 
  private:
   void add(const SceneBox& box, const BoxScene& scene) {
+    // Shape and inertia.
     const bool is_free = box.kind == SceneBox::Kind::free;
     btVector3 inertia(0, 0, 0);
     shapes_.push_back(std::make_unique<btBoxShape>(0.5 * vector_of(box.size)));
     if (is_free) shapes_.back()->calculateLocalInertia(box.mass, inertia);
+    // The pose.
     btTransform X;
     X.setIdentity();
     X.setOrigin(vector_of(box.p_W));
     const double angle = norm(box.turn_W);
     if (angle > 0.0) X.setRotation(btQuaternion(vector_of(Vector3(box.turn_W / angle)), angle));
     states_.push_back(std::make_unique<btDefaultMotionState>(X));
+    // The body, and how it is moved.
     btRigidBody::btRigidBodyConstructionInfo info(is_free ? box.mass : 0.0, states_.back().get(),
                                                   shapes_.back().get(), inertia);
     bodies_.push_back(std::make_unique<btRigidBody>(info));
@@ -70,6 +73,7 @@ class Bullet final : public BoxEngine {
       body.setCollisionFlags(body.getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
       driven_.push_back(bodies_.size() - 1);
     }
+    // Only free bodies of scenes in which bodies sleep may do so.
     if (!scene.sleeps || box.kind == SceneBox::Kind::driven) body.setActivationState(DISABLE_DEACTIVATION);
     world_.addRigidBody(&body);
   }

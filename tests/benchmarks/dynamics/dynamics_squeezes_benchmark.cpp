@@ -157,6 +157,7 @@ struct Outcome {
 
 /// @param times in: the least so far, or empty; out
 Outcome run(Scene& scene, std::vector<double>& times) {
+  // Room for all contacts, so that no step allocates.
   Outcome out;
   scene.contacts.build();
   const std::size_t room = 32 * (scene.bodies.size() + 1);
@@ -165,6 +166,7 @@ Outcome run(Scene& scene, std::vector<double>& times) {
   out.steps = static_cast<int>(scene.seconds / scene.h);
   out.friction = scene.friction, out.h = scene.h, out.commanded = scene.commanded;
   times.resize(static_cast<std::size_t>(out.steps), 1e9);
+  // The least time of each step over repeats, and the fastest body beyond what is commanded.
   for (int i = 0; i < out.steps; ++i) {
     const double start = processor_us();
     const StepReport report = scene.world.step(scene.h, scene.contacts.find(scene.world, scene.h));
@@ -179,6 +181,7 @@ Outcome run(Scene& scene, std::vector<double>& times) {
       if (speed > out.fastest) out.fastest = speed, out.fastest_at = i;
     }
   }
+  // How far what was to stand has moved.
   for (std::size_t i = 0; scene.stands && i < scene.bodies.size(); ++i)
     out.off = std::max(out.off, norm(scene.world.pose(scene.bodies[i]).p - scene.places[i]));
   return out;
@@ -202,6 +205,7 @@ constexpr Family kFamilies[] = {
 };
 
 void measure(const Family& family, unsigned seed, int count) {
+  // Each scene, repeated for its times.
   int above_tenth = 0, above_half = 0, moved = 0, spent = 0, failed = 0, steps = 0;
   Outcome worst;
   for (int i = 0; i < count; ++i) {
@@ -213,6 +217,7 @@ void measure(const Family& family, unsigned seed, int count) {
       family.make(draw, i, scene);
       out = run(scene, times);
     }
+    // Scenes in which something was shot out or moved.
     above_tenth += out.fastest > 0.1 ? 1 : 0;
     above_half += out.fastest > 0.5 ? 1 : 0;
     moved += out.off > 1e-4 ? 1 : 0;
@@ -221,6 +226,7 @@ void measure(const Family& family, unsigned seed, int count) {
       std::fprintf(stderr, "%s, %u + %d: %.2f m/s in step %d of %d; friction %.2f, %.1f ms, at %.2f m/s\n",
                    family.name, seed, i, out.fastest, out.fastest_at, out.steps, out.friction, 1e3 * out.h,
                    out.commanded);
+    // The worst of all, and the row.
     worst.fastest = std::max(worst.fastest, out.fastest);
     worst.off = std::max(worst.off, out.off);
     for (const double time : times) worst.most_us = std::max(worst.most_us, time);

@@ -208,6 +208,7 @@ double at_share(const std::vector<double>& times, double share) {
 }
 
 void fly(benchmark::State& state, const Case& wanted) {
+  // Frames are timed once the arm slides steadily.
   Flight flight(wanted);
   for (int i = 0; i < flight.frames_until_settled(); ++i) flight.step();
   std::vector<double> times;
@@ -224,9 +225,11 @@ void fly(benchmark::State& state, const Case& wanted) {
     behind += flight.behind();
   }
   const double allocated = static_cast<double>(allocation_count() - allocations);
+  // The least time of each frame, where the same flight is flown again.
   std::vector<double> least = times;
   for (int i = 1; i < kFlights && wanted.backend == "native"; ++i) fly_again(wanted, least);
   std::sort(times.begin(), times.end()), std::sort(least.begin(), least.end());
+  // Figures of the row.
   const double frames = static_cast<double>(times.size());
   state.counters["median_us"] = 1e6 * at_share(times, 0.5);
   state.counters["p999_us"] = 1e6 * at_share(times, 0.999);

@@ -136,6 +136,7 @@ void print(const char* scene, const char* way, std::vector<double> us, double as
 }
 
 int run(const char* name, const ConfigurationScene& scene, double share, int count, std::uint64_t seed) {
+  // Configurations at random.
   const std::size_t values = scene.mechanism->value_count();
   Random random(seed);
   std::vector<double> all(static_cast<std::size_t>(count) * values);
@@ -171,6 +172,7 @@ int run(const char* name, const ConfigurationScene& scene, double share, int cou
 
 int main(int argc, char** argv) {
   using namespace touchstone;
+  // What is asked for.
   const int count = argc > 1 ? std::atoi(argv[1]) : 2000;
   const std::uint64_t seed = argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 1;
   if (count <= 0) {
@@ -187,6 +189,7 @@ int main(int argc, char** argv) {
       "| scene | way | free [%%] | mean [us] | median | 99.9 %% | worst | pairs asked |\n"
       "|---|---|---|---|---|---|---|---|\n");
   int wrong = 0;
+  // Scenes: a floor of tiles with blocks above, blocks far apart, blocks close together.
   wrong += run("floor of tiles, blocks above; any joint values", floor, 1.0, count, seed);
   wrong += run("the same; joints within 54 deg", floor, 0.3, count, seed);
   wrong += run("500 blocks in 36 m; any", sparse, 1.0, count, seed);

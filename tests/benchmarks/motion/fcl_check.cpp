@@ -87,6 +87,7 @@ void print_fcl_check() {
       "at y = 0 (face on face) or 0.3: they meet at s = 1/3.\nConservative advancement but where CCDC_NAIVE "
       "is named.\n\n| | box | convex | mesh, RSS | mesh, OBBRSS |\n|---|---|---|---|---|\n",
       FCL_VERSION);
+  // Face on face and aside, by each kind of motion and solver.
   const auto both = [](const char* face, const char* aside, const SweepSetting& setting,
                        Ask ask_engine = sweep) {
     check(face, setting, {-3, 0, 0}, ask_engine), check(aside, setting, {-3, 0.3, 0}, ask_engine);
@@ -98,6 +99,7 @@ void print_fcl_check() {
        kIndep, ask_after_others);
   both("poses and CCDM_TRANS, GST_INDEP, y = 0", "y = 0.3", kIndep, ask_by_poses<fcl::CCDM_TRANS>);
   both("poses and CCDM_SCREW, GST_INDEP, y = 0", "y = 0.3", kIndep, ask_by_poses<fcl::CCDM_SCREW>);
+  // What the rows show.
   std::printf(
       "\nMotions that continuousCollide() makes of poses and CCDM_LINEAR have no reference point: "
       "InterpMotion(tf1, tf2) leaves it as the\nheap had it, and its answers depend on what was asked before "

@@ -169,6 +169,7 @@ std::string row_name(const Method& method, const Score& score, int count) {
 }
 
 void run(const Family& family, int count, std::uint64_t seed, std::vector<Method>& methods) {
+  // The truth of each motion first; those that start in contact do not count.
   std::mt19937_64 random(seed);
   Judge judge;
   std::vector<Score> scores(methods.size());
@@ -180,6 +181,7 @@ void run(const Family& family, int count, std::uint64_t seed, std::vector<Method
     ++i;
     const double truth = judge.first_touch();
     meetings += truth <= 1.0 ? 1 : 0;
+    // Every method that takes turns as large.
     for (std::size_t m = 0; m < methods.size(); ++m) {
       Sweep& sweep = *methods[m].sweep;
       if (std::max(turn_of(motion.path_a), turn_of(motion.path_b)) > sweep.most_turn()) continue;
@@ -187,6 +189,7 @@ void run(const Family& family, int count, std::uint64_t seed, std::vector<Method
       look(timed(sweep, scores[m]), truth, judge, scores[m]);
     }
   }
+  // The family's table.
   std::printf("\n### %s: %d motions, %d meet\n\n", std::string(family.name).c_str(), count, meetings);
   std::printf(
       "| | median [ns] | 99.9 %% | worst | missed | phantom | late | shown merged | deepest [m] | off, "

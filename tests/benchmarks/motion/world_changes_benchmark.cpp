@@ -126,6 +126,7 @@ void measure_rules(Scene& scene) {
   for (int i = 0; i < 10; ++i) world.frame({});  // the first ones set up; no change is left out
   measure(
       "none", [](int) {}, world);
+  // Rules of pairs.
   PairRule slide, advance;
   slide.policy = ContactPolicy::slide, advance.policy = ContactPolicy::advance;
   const auto other = [&](std::size_t i) { return (i + 1) % scene.objects.size(); };
@@ -145,6 +146,7 @@ void measure_rules(Scene& scene) {
         world.set_pair_rule(scene.objects[a], scene.objects[other(a)], warn);
       },
       world);
+  // Rules of groups.
   measure(
       "rule of two groups",
       [&](int i) { world.set_group_rule("tools", "targets", i % 2 != 0 ? slide : advance); }, world);
@@ -153,6 +155,7 @@ void measure_rules(Scene& scene) {
 void measure_objects(Scene& scene) {
   ContactWorld& world = *scene.world;
   const int count = static_cast<int>(scene.objects.size());
+  // Exemptions, selection and latches are switched on and off in turn.
   measure(
       "exempt, unexempt",
       [&](int i) {
@@ -171,12 +174,14 @@ void measure_objects(Scene& scene) {
                    : world.unlatch(scene.objects[carried]);
       },
       world);
+  // None stays latched.
   for (std::size_t carried = 0; carried < 8; ++carried) {
     try {
       world.unlatch(scene.objects[carried]);
     } catch (const std::exception&) {  // an even number of changes left none
     }
   }
+  // Objects come and go.
   const int side = static_cast<int>(std::ceil(std::cbrt(count)));
   measure(
       "remove, add in its place",
@@ -335,6 +340,7 @@ struct MoversResult {
 };
 
 MoversResult fly_movers(ContactPolicy policy, std::size_t threads) {
+  // The world, its rule and its threads.
   constexpr int kObjects = 10000, kMovers = 1000;
   Scene scene(kObjects);
   ContactWorld& world = *scene.world;
@@ -347,6 +353,7 @@ MoversResult fly_movers(ContactPolicy policy, std::size_t threads) {
   std::vector<MotionCommand> commands;
   MoversResult out;
   for (; out.frames < 60; ++out.frames) {
+    // New directions every 20 frames.
     if (out.frames % 20 == 0)
       for (Vector3& way : ways) {
         way = {scene.uniform(-1, 1), scene.uniform(-1, 1), scene.uniform(-1, 1)};
@@ -355,6 +362,7 @@ MoversResult fly_movers(ContactPolicy policy, std::size_t threads) {
     commands.clear();
     for (int i = 0; i < kMovers; ++i)
       commands.push_back(world.move_by(scene.objects[10 * i], ways[i], {0, 0, 0.02}));
+    // Time of the frame, with the shares of all threads in place of the caller's wait.
     team.take();
     const double start = processor_us(), wall_start = wall_us();
     const FrameReport report = world.frame(commands);

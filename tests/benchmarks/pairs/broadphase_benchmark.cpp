@@ -43,12 +43,14 @@ void register_run(const std::string& name, const std::string& backend, const Mix
 
 // Features of `native` alone, and how their cost grows: rows to plot.
 void register_native_runs() {
+  // How time grows with objects, and with solids of an object.
   for (std::int64_t count : {1000, 2000, 5000, 10000, 20000, 50000, 100000, 200000, 500000, 1000000})
     register_run("growth/objects", "native", {}, count);
   for (int solids : {1, 2, 4, 8, 16, 32, 64})  // as far apart as the objects are long
     register_run("growth/solids/" + std::to_string(solids), "native",
                  {.spacing = 1.7 * std::cbrt(solids), .solids = solids}, 2000);
   for (std::int64_t count : {1000, 10000, 100000}) {
+    // Most objects stand still, flagged or not; with overlap.
     for (double still : {0.0, 0.9, 0.99, 0.999}) {
       const std::string share = std::to_string(still).substr(0, 5);
       register_run("still/" + share, "native", {.stationary = still}, count);
@@ -57,6 +59,7 @@ void register_native_runs() {
       register_run("moved_overlap/" + share, "native",
                    {.stationary = still, .moved_pairs = true, .overlap = true}, count);
     }
+    // Threads, paths, first contacts and crowds.
     for (int threads : {1, 2})
       for (double spacing : {1.1, 1.7, 3.4})
         register_run(

@@ -24,17 +24,20 @@ MovingBoxes::MovingBoxes(int count, const Mix& mix) {
   std::normal_distribution<double> normal;
   const double extent = mix.spacing * std::cbrt(count);
   for (int i = 0; i < count; ++i) {
+    // A box, or a row of boxes, whose size is spread over decades.
     const double scale = std::pow(10.0, -mix.decades * (place(random) + 0.5));
     const double x = scale * side(random), y = scale * side(random), z = scale * side(random);
     std::vector<PlacedHexahedron> placed;
     for (int part = 0; part < mix.solids; ++part)
       placed.push_back({"", Hexahedron::from_size({x, y, z}), {Matrix3::Identity(), {part * x, 0, 0}}});
     trees.emplace_back(std::move(placed));
+    // Anywhere, turned anyhow.
     Pose X;
     X.R = rotation_from_quaternion(normal(random), normal(random), normal(random), normal(random));
     X.p = extent * Vector3(place(random), place(random), place(random));
     poses.resize(poses.size() + mix.solids);
     find_global_positions(trees.back(), X, std::span(poses).last(mix.solids));
+    // Some stand still.
     const bool moves = place(random) + 0.5 >= mix.stationary;
     if (moves) moved.push_back(static_cast<std::uint32_t>(i));
     if (mix.flagged) is_static.push_back(moves ? 0 : 1);

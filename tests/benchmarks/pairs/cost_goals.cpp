@@ -76,10 +76,12 @@ constexpr const char* kPlaced = "all vertices of both are placed before any coor
 
 /// Goals for pairs.
 const std::vector<Goal>& pair_goals() {
+  // What several rows ask [ns].
   static const std::vector<Asked> kFlushAsked = {
       {Of::cold, 400}, {Of::hot_p99, 1500}, {Of::hot_worst, 5000}, {Of::cold_worst, 5000}};
   static const std::vector<Asked> kPeersAsked = {{Of::hot, kFastestPeer}, {Of::cold, kFastestPeer}};
   static const std::vector<Asked> kClipAsked = {{Of::hot, 90}, {Of::cold, 130}};
+  // The rows: family, query, calls, what is asked, and why it is not met where it is not.
   static const std::vector<Goal> kGoals = {
       {"wall", kOverlap, kLone, {{Of::hot, 100}}, kAligned},
       {"wall", kDistance, kLone, {{Of::hot, 100}}, kOpen},

@@ -38,6 +38,7 @@ double all_seconds(int who) {
 }
 
 void compare_c_interface(std::size_t pairs, QueryKind kind) {
+  // The same solids in both.
   const auto set = measures::make_pair_family("random", 1, pairs);
   const auto native = make_native();
   native->build(set.solids);
@@ -48,6 +49,7 @@ void compare_c_interface(std::size_t pairs, QueryKind kind) {
   touchstone_build(over_c, c_interface::corners_of(set.solids).data(), set.solids.size());
   touchstone_create_workspace(over_c, &scratch);
 
+  // The same input and output.
   std::vector<PairStatus> status(pairs);
   std::vector<PairGeometry> geometry(pairs);
   const NarrowphaseInput input{set.pairs, set.poses, {.kind = kind}, {}};
@@ -55,6 +57,7 @@ void compare_c_interface(std::size_t pairs, QueryKind kind) {
   const touchstone_input asked = c_interface::c_input(input);
   const touchstone_output slots = c_interface::c_output(output);
   const auto calls = std::max<std::size_t>(1, 100000 / pairs);
+  // Time of both, in turn.
   std::vector<double> cpp, c, extra;
   for (int repeat = 0; repeat < 25; ++repeat) {  // in turn: a slower machine slows both
     const double begin = 1e-6 * processor_us();
@@ -67,6 +70,7 @@ void compare_c_interface(std::size_t pairs, QueryKind kind) {
     c.push_back((end - middle) * each);
     extra.push_back(c.back() - cpp.back());
   }
+  // Medians, and the least times.
   for (std::vector<double>* row : {&cpp, &c, &extra}) std::sort(row->begin(), row->end());
   std::printf("%s, %zu pairs a call: C++ %.2f, C %.2f ns a pair; C over C++ median %.2f, least times %.2f\n",
               std::string(to_string(kind)).c_str(), pairs, cpp[12], c[12], extra[12], c[0] - cpp[0]);

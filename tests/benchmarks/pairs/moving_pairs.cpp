@@ -18,12 +18,14 @@ constexpr int kFrames = 48, kTurn = 8;  // frames until all turn back
 }  // namespace
 
 MovingCost measure_moving_pairs(const BackendRegistry& registry, std::string_view family, double step) {
+  // Pairs that move a little in each frame, to and fro.
   measures::PairSet set = make_cost_table_family(family, kSeed, kPairs);
   measures::Random random(kSeed);
   std::vector<Vector3> steps;
   for (std::size_t i = 0; i < set.poses.size(); ++i)
     steps.push_back(step * measures::random_direction(random));
 
+  // The same batch without a cache and with one.
   const auto narrowphase = registry.make_narrowphase("native");
   narrowphase->build(set.solids);
   const auto workspace = narrowphase->make_workspace();
@@ -37,6 +39,7 @@ MovingCost measure_moving_pairs(const BackendRegistry& registry, std::string_vie
     return 1e3 * (processor_us() - start) / static_cast<double>(kPairs);
   };
 
+  // The least time of all frames.
   MovingCost out{INFINITY, INFINITY};
   for (int frame = 0; frame < kFrames; ++frame) {
     const double sign = frame / kTurn % 2 == 0 ? 1.0 : -1.0;

@@ -103,6 +103,7 @@ void run_raw(benchmark::State& state, const std::string& backend, const std::str
 }
 
 void add_rows() {
+  // Each query with the families that take different ways through the code.
   for (const auto& [kind, family] : {std::pair{QueryKind::overlap, "random"},
                                      {QueryKind::overlap, "sheared"},
                                      {QueryKind::overlap, "tapered"},
@@ -128,6 +129,7 @@ void add_rows() {
                                      {QueryKind::manifold, "random"},
                                      {QueryKind::manifold, "resting"},
                                      {QueryKind::manifold, "tapered"}}) {
+    // A pair a call, a batch, and the engines' raw calls.
     const std::string name = std::string(to_string(kind)) + "/" + family + "/";
     const std::string family_name = family;
     benchmark::RegisterBenchmark((name + "native").c_str(), [=, kind = kind](benchmark::State& state) {

@@ -149,6 +149,7 @@ struct CoverJudge::Rays {
   };
 
   Line random_line(int axis, Random& random) const {
+    // A line along the axis, from before the mesh to behind it.
     const Vector3 margin = Vector3::Constant(0.01 * bounds.diagonal());
     const Vector3 low = bounds.low - margin, high = bounds.high + margin;
     Line line{bounds.low, axis, {}};
@@ -157,10 +158,12 @@ struct CoverJudge::Rays {
     Vector3 from = line.start, to = line.start;
     from(axis) = low(axis);
     to(axis) = high(axis);
+    // All triangles that it crosses, in order.
     AllCrossings crossings(to_bullet(from), to_bullet(to));
     shape->performRaycast(&crossings, to_bullet(from), to_bullet(to));
     std::sort(crossings.crossings.begin(), crossings.crossings.end(),
               [](const Crossing& a, const Crossing& b) { return a.fraction < b.fraction; });
+    // Inside is where the winding number is not zero.
     int winding = 0;
     double last = 0.0;
     for (const Crossing& crossing : crossings.crossings) {
@@ -231,6 +234,7 @@ void judge_surface(const TriangleMesh& mesh, Pieces& pieces, std::size_t samples
 
 JudgedSamples CoverJudge::judge(std::span<const ConvexPiece> pieces, std::size_t samples, std::uint64_t seed,
                                 double tolerance, const std::function<void(double)>& progress) const {
+  // How many samples go inside, and how far they are apart on lines.
   Pieces planes(pieces, largest_coordinate(mesh_), tolerance);
   Random random(seed);
   JudgedSamples out;
@@ -238,8 +242,10 @@ JudgedSamples CoverJudge::judge(std::span<const ConvexPiece> pieces, std::size_t
   if (rays_->shape)
     for (int i = 0; i < kPilotLines; ++i) length += rays_->random_line(i % 3, random).length / kPilotLines;
   const std::size_t inside = length > 0.0 ? samples / 2 : 0;
+  // On the surface.
   judge_surface(mesh_, planes, samples - inside, random, progress, out);
   const double step = length / kSamplesALine;
+  // Inside, along lines at random.
   for (int axis = 0; out.inside < inside; axis = (axis + 1) % 3) {
     const Rays::Line line = rays_->random_line(axis, random);
     if (line.is_dropped) {

@@ -118,6 +118,7 @@ FitRow fit_row(const Options& options, const Part& part, const CoverJudge& judge
 PeerRow peer_row(const Options& options, const Part& part, const CoverJudge& judge, const std::string& method,
                  const std::filesystem::path& scratch, program::ProgressLine& progress) {
   constexpr double kResolution = 1e-3, kLeastFit = 0.01;  // shares of the diagonal
+  // Its hulls, their excess, and the samples that they leave uncovered.
   PeerRow row;
   row.mesh = part.name;
   row.method = method;
@@ -134,6 +135,7 @@ PeerRow peer_row(const Options& options, const Part& part, const CoverJudge& jud
   progress.step("judge");
   row.judged = judge.judge(found.hulls, options.samples / 10, options.seed);
   row.judged_far = judge.judge(found.hulls, options.samples / 10, options.seed, kFar);
+  // Ours within the same excess.
   if (!options.is_fitted_to_peers || row.excess < kLeastFit) return row;
   try {
     const fitting::FitRun run = fit_within(part, row.excess, progress);

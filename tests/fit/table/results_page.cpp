@@ -62,6 +62,7 @@ std::string section(double asked, const std::vector<FitRow>& rows) {
 }
 
 std::string peers_section(const FitTable& table) {
+  // Versions, and the table's head.
   std::string text = "## Approximate convex decompositions of the same meshes\n\n";
   for (const std::string& peer : table.peers) text += "- " + peer + "\n";
   if (table.peer_rows.empty()) return text;
@@ -72,6 +73,7 @@ std::string peers_section(const FitTable& table) {
       "coordinate. Ours: hexahedra of a cover\nwithin that excess, with 12 triangles each.\n\n" +
       head({"mesh", "by", "hulls", "triangles", "excess", "time [s]", "uncovered", "by 0.1 %", "ours",
             "triangles"});
+  // A row for each mesh and peer, and where ours has fewer triangles.
   std::size_t compared = 0, fewer = 0;
   for (const PeerRow& row : table.peer_rows) {
     if (!row.failure.empty()) {

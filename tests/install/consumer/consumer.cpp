@@ -224,6 +224,7 @@ int wrong_with_c() {
 }
 
 int wrong_files() {
+  // Each component refuses what it cannot read.
   int wrong = 0;
 #ifdef WITH_scene_files
   wrong += refused("scene_files", [] { load_scene("not_there.yaml"); });

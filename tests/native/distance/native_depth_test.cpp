@@ -51,6 +51,7 @@ PosedSolids hard_pairs(std::uint64_t seed, int count) {
   Random random(seed);
   PosedSolids out;
   for (int i = 0; i < count; ++i) {
+    // Poses that are aligned but for a tilt of any size, for kinds that overlap.
     const Pose X_WA = random.below(4) == 0 ? at(0.25, -0.5, 0.125) : random.pose(0.3);
     const double tilt = random.below(4) == 0 ? 0.0 : std::ldexp(1.0, -2 - random.below(54));
     switch (random.below(8)) {
@@ -252,6 +253,7 @@ struct DepthOf {
 };
 
 TEST(NativeDepthKernels, EveryInstructionSetGivesTheGenericBits) {
+  // Pairs of each kind.
   const PosedSolids set = hard_pairs(4, 3000);
   const DepthOf depth{set};
   const auto boxes = pairs_of_kind(depth.data, set, native::SolidKind::box);
@@ -264,11 +266,13 @@ TEST(NativeDepthKernels, EveryInstructionSetGivesTheGenericBits) {
   const native::Kernels& generic = *native::available_kernels().of[0];
   const auto box_records = depth.boxes(generic, boxes),
              parallelepiped_records = depth.parallelepipeds(generic, parallelepipeds);
+  // Each instruction set against the first one.
   for (int k = 0; k < native::available_kernels().count; ++k) {
     const native::Kernels& kernels = *native::available_kernels().of[k];
     SCOPED_TRACE(kernels.isa);
     const auto other_boxes = depth.boxes(kernels, boxes),
                other_parallelepipeds = depth.parallelepipeds(kernels, parallelepipeds);
+    // Boxes: in lanes, one alone, and from a contact.
     for (std::size_t i = 0; i < boxes.size(); ++i) {
       expect_same_bits(box_records[i], other_boxes[i]);
       expect_same_bits(box_records[i], depth.boxes(kernels, {&boxes[i], 1})[0]);
@@ -277,6 +281,7 @@ TEST(NativeDepthKernels, EveryInstructionSetGivesTheGenericBits) {
       ASSERT_EQ(of_contact.certified, box_records[i].certified);
       if (of_contact.certified != native::Certified::separated) expect_same_bits(box_records[i], of_contact);
     }
+    // The same of parallelepipeds, and of general solids one by one.
     for (std::size_t i = 0; i < parallelepipeds.size(); ++i) {
       expect_same_bits(parallelepiped_records[i], other_parallelepipeds[i]);
       expect_same_bits(parallelepiped_records[i],
@@ -295,12 +300,14 @@ TEST(NativeDepthKernels, AgreeWithTheScalarRoadWhereTheyAnswer) {
   const DepthOf depth{set};
   const native::Kernels& kernels = native::kernels();
   int answered[3] = {0, 0, 0}, asked[3] = {0, 0, 0};
+  // The class in integers, and the depth by scalar code.
   for (const native::PairIndices& pair : pairs_of_kind(depth.data, set, native::SolidKind::general)) {
     const native::PlacedPair placed = depth.placed(pair);
     const bool meet = native::hulls_meet(placed);
     const native::SeparationAxis axis = native::best_facet_axis(
         placed.pair.hulls, *placed.pair.a, placed.pair.R_WA, *placed.pair.b, placed.pair.R_WB);
     const native::SolidKind kind = native::kind_of(depth.data, {pair.a, pair.b});
+    // Each kernel that takes the pair's kind.
     std::vector<std::pair<int, DepthRecord>> records{{2, depth.hulls(kernels, pair)}};
     if (kind <= native::SolidKind::parallelepiped)
       records.push_back({1, depth.parallelepipeds(kernels, {&pair, 1})[0]});
@@ -318,6 +325,7 @@ TEST(NativeDepthKernels, AgreeWithTheScalarRoadWhereTheyAnswer) {
       ASSERT_NEAR(record.separation, std::min(axis.separation, 0.0), 16 * native::kRoundoff * S);
     }
   }
+  // Each answers more than half of what it is asked for.
   for (int method = 0; method < 3; ++method) {
     EXPECT_GT(answered[method], asked[method] / 2) << method;
     RecordProperty("asked" + std::to_string(method), asked[method]);

@@ -139,6 +139,7 @@ std::vector<DistanceRecord> run(const Kernels& kernels, const native::SolidSet& 
 TEST(NativeApart, EveryInstructionSetHasTheSameBits) {
   Random random(32);
   for (const SolidKind kind : {SolidKind::box, SolidKind::parallelepiped, SolidKind::general}) {
+    // Pairs of one kind; a last batch that is not full.
     Scene scene;
     std::vector<PairIndices> pairs;
     for (int i = 0; i < 501; ++i) {
@@ -149,6 +150,7 @@ TEST(NativeApart, EveryInstructionSetHasTheSameBits) {
       scene.add(pair);
       pairs.push_back({scene.pairs.back().a, scene.pairs.back().b});
     }
+    // Each instruction set against the first one.
     const native::SolidSet set = native::make_solid_set(scene.solids);
     const native::KernelList& list = native::available_kernels();
     const std::vector<DistanceRecord> plain = run(*list.of[0], set, kind, scene.poses, pairs);
@@ -174,6 +176,7 @@ TEST(NativeApart, EveryInstructionSetHasTheSameBits) {
 /// the same.
 TEST(NativeApart, TurnsOfAnySmallnessHaveTheSameBitsOnEveryInstructionSet) {
   Random random(36);
+  // Boxes over each other, turned by so little that squares of the turn are denormal or zero.
   Scene scene;
   std::vector<PairIndices> pairs;
   for (int exponent = -1070; exponent < -40; exponent += 2) {
@@ -187,6 +190,7 @@ TEST(NativeApart, TurnsOfAnySmallnessHaveTheSameBitsOnEveryInstructionSet) {
   }
   const native::SolidSet set = native::make_solid_set(scene.solids);
   const native::KernelList& list = native::available_kernels();
+  // Each instruction set, one pair a call and all together.
   const auto run_accurately = [&](const Kernels& kernels, std::size_t size) {
     std::vector<DistanceRecord> out(pairs.size());
     for (std::size_t i = 0; i < pairs.size(); i += size)

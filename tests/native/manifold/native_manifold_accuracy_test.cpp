@@ -264,6 +264,7 @@ PairOfSolids nearly_flush(Random& random, const Hexahedron& below, double height
 // the turn's sign; A's and B's edges each take turns to be the inner ones.
 TEST(NativeManifoldAccuracy, FlushFacesKeepTheirFourPointsAndIds) {
   Random random(26);
+  // Solids that stand on a cube, and the area that they share with its face.
   const Hexahedron cube = Hexahedron::from_size({1, 1, 1});
   std::vector<Vector3> lower, leaning;
   for (int i = 0; i < 8; ++i) {
@@ -281,6 +282,7 @@ TEST(NativeManifoldAccuracy, FlushFacesKeepTheirFourPointsAndIds) {
                                     {"wider box", Hexahedron::from_size({1, 3, 1}), 1},
                                     {"parallelepiped", Hexahedron::from_vertices(leaning), 1},
                                     {"frustum", Hexahedron::from_vertices(lower), 1}};
+  // At rest on it the manifold has four ids.
   for (const auto& [name, solid, area] : above) {
     for (int place = 0; place < 20; ++place) {
       const Pose X_WA = place == 0 ? at(0, 0, 0) : random.pose(1);
@@ -288,6 +290,7 @@ TEST(NativeManifoldAccuracy, FlushFacesKeepTheirFourPointsAndIds) {
       const PairOfSolids still = nearly_flush(random, cube, height, solid, X_WA, 0.0);
       const std::set<std::uint32_t> ids = ids_of(ask(still.a, still.X_WA, still.b, still.X_WB));
       ASSERT_EQ(ids.size(), 4u) << name << " " << place;
+      // Turned by a rounding or a billionth it has the same ones, over the same area.
       for (int i = 0; i < 20; ++i) {
         const PairOfSolids pair = nearly_flush(random, cube, height, solid, X_WA, i % 2 ? 1e-9 : 1e-15);
         const Answer answer = ask(pair.a, pair.X_WA, pair.b, pair.X_WB);
@@ -319,6 +322,7 @@ TEST(NativeManifoldAccuracy, KernelFindsThePointsAndIdsOfTheScalarRoad) {
   Random random(27);
   int pairs = 0, points = 0;
   for (int i = 0; i < 3000; ++i) {
+    // Boxes and sheared blocks that rest on or cross each other, in the order that scalar code takes.
     const bool boxes = i % 2 == 0;
     const Hexahedron a = boxes ? random.box() : random.sheared(), b = boxes ? random.box() : random.sheared();
     PairOfSolids pair = i % 3 == 0 && boxes ? resting(random, a, b, 1) : crossing(random, a, b, 1);
@@ -326,6 +330,7 @@ TEST(NativeManifoldAccuracy, KernelFindsThePointsAndIdsOfTheScalarRoad) {
       std::swap(pair.a, pair.b);
       std::swap(pair.X_WA, pair.X_WB);
     }
+    // Each of its points is found by its id, in the same place.
     const Answer answer = ask(pair.a, pair.X_WA, pair.b, pair.X_WB);
     Vector3 origin_W;
     const native::Manifold expected = by_scalar_code(pair, answer.geometry, origin_W);

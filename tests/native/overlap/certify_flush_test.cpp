@@ -25,11 +25,13 @@ enum class Shape { boxes, equal_boxes, frusta };
 
 /// Turned solids that lie flush but for rounding, and `ulps` beyond of the pair's reach.
 FlushPair flush_pair(Random& random, Shape shape, double reach, double ulps) {
+  // Sizes, and an offset along an axis with which faces touch but for some units in the last place.
   const Vector3 size_a = random.vector(0.2, 2);
   const Vector3 size_b = shape == Shape::equal_boxes ? size_a : random.vector(0.2, 2);
   const int axis = random.below(3);
   Vector3 offset = shape == Shape::equal_boxes ? Vector3(0, 0, 0) : random.vector(0.5);
   offset(axis) = 0.5 * size_a(axis) + 0.5 * size_b(axis) + ulps * 0x1p-52 * (2 + reach);
+  // A box, or one that narrows aside of the axis.
   const auto solid = [&](const Vector3& size) {
     if (shape != Shape::frusta) return Hexahedron::from_size(size);
     std::array<Vector3, 8> v;
@@ -40,6 +42,7 @@ FlushPair flush_pair(Random& random, Shape shape, double reach, double ulps) {
     }
     return Hexahedron::from_vertices(v);
   };
+  // The pair in the world, and a plane between the two.
   const Pose X_WA = random.pose(reach);
   Pose X_WB = X_WA;
   X_WB.p += X_WA.R * offset;

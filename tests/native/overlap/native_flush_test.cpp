@@ -75,6 +75,7 @@ TEST(NativeFlush, ClassesAreExactAndDepthsTheScalarRoads) {
     const std::unique_ptr<Narrowphase> native = make_native();
     native->build(set.solids);
     int met = 0;
+    // Classes are those in integers.
     for (const SolidPair& pair : set.pairs) {
       const Worlds worlds = vertices_of(set, pair);
       const bool meet = numerics::hulls_intersect(worlds.a, worlds.b);
@@ -85,6 +86,7 @@ TEST(NativeFlush, ClassesAreExactAndDepthsTheScalarRoads) {
       ASSERT_GE(answer.geometry.point_count, 1);
       if (!meet) continue;
       ++met;
+      // Depths are those of scalar code.
       native::PlacedPair placed;
       native::place(data, pair, set.poses[pair.a], set.poses[pair.b], true, placed);
       const native::SeparationAxis axis = native::best_facet_axis(
@@ -216,6 +218,7 @@ TEST(NativeFlush, AloneAndTogetherGiveTheSameBitsOnEveryInstructionSet) {
   std::vector<native::ClipTask> tasks;
   std::vector<native::PointRecord> points(8 * set.pairs.size()), alone(8);
   const native::Kernels& generic = *native::available_kernels().of[0];
+  // A task for each pair whose depth is found in lanes.
   for (const SolidPair& given : set.pairs) {
     const bool swapped = !native::comes_first(data, given, set.poses[given.a], set.poses[given.b]);
     const native::PairIndices pair{swapped ? given.b : given.a, swapped ? given.a : given.b};
@@ -228,9 +231,11 @@ TEST(NativeFlush, AloneAndTogetherGiveTheSameBitsOnEveryInstructionSet) {
     task.pair = pair, task.swapped = swapped;
     task.points = &points[8 * (tasks.size() - 1)];
   }
+  // All in one call.
   ASSERT_GT(tasks.size(), 500u);
   std::vector<native::ClipRecord> together(tasks.size());
   generic.clip_boxes(poses, data.boxes.data(), tasks.data(), tasks.size(), 0.5, together.data());
+  // One a call, on every instruction set.
   for (int k = 0; k < native::available_kernels().count; ++k) {
     const native::Kernels& kernels = *native::available_kernels().of[k];
     for (std::size_t i = 0; i < tasks.size(); ++i) {

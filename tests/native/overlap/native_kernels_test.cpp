@@ -380,6 +380,7 @@ TEST(NativeKernels, PosesThatAreNotFiniteFailInBatches) {
 /// random bits, and with none.
 TEST(NativeCache, ChangesNoAnswerWhateverItHolds) {
   Random random(42);
+  // A crowd in which everything moves a little.
   Crowd crowd = make_crowd(200);
   const auto native = make_native();
   native->build(crowd.solids);
@@ -391,6 +392,7 @@ TEST(NativeCache, ChangesNoAnswerWhateverItHolds) {
   for (int frame = 0; frame < 40; ++frame) {
     SCOPED_TRACE(frame);
     for (Pose& X : crowd.poses) X.p += random.vector(0.02);
+    // All pairs without a cache, with one, and one by one with one.
     const Query query{QueryKind::overlap};
     native->evaluate({crowd.pairs, crowd.poses, query}, {plain}, *workspace);
     native->evaluate({crowd.pairs, crowd.poses, query, kept}, {answer}, *workspace);
@@ -399,6 +401,7 @@ TEST(NativeCache, ChangesNoAnswerWhateverItHolds) {
       native->evaluate(
           {std::span(crowd.pairs).subspan(i, 1), crowd.poses, query, std::span(alone).subspan(i, 1)},
           {std::span(answer).subspan(i, 1)}, *workspace);
+      // Entries that hold anything change nothing.
       for (std::uint32_t& word : garbage[i].data)
         word = static_cast<std::uint32_t>(random.below(1 << 30)) * 7u;
       if (i % 2 == 0) garbage[i].data[3] = kept[i].data[3];  // random bits that pass for an axis

@@ -73,6 +73,7 @@ TEST(MechanismDynamics, LinksAreWhereTheMechanismHasThem) {
 }
 
 TEST(MechanismDynamics, JacobianIsTheVelocityOfAPoint) {
+  // An arm and a point on its last but one link.
   std::mt19937_64 random(13);
   const Arm arm = random_arm(random, true);
   const MechanismDynamics dynamics(arm.mechanism, arm.links);
@@ -80,6 +81,7 @@ TEST(MechanismDynamics, JacobianIsTheVelocityOfAPoint) {
   const auto q = random_values(random, 7, 3.0), qd = random_values(random, 7, 1.0);
   const Vector3 p_L = random_vector(random, 1.0);
   const std::uint32_t link = 6;
+  // The point's velocity by differences of its place.
   const auto position_at = [&](double t) {
     std::vector<double> there = q;
     for (std::size_t i = 0; i < 7; ++i) there[i] += t * qd[i];
@@ -90,6 +92,7 @@ TEST(MechanismDynamics, JacobianIsTheVelocityOfAPoint) {
   const Vector3 expected = (position_at(h) - position_at(-h)) / (2 * h);
   const Vector3 p_W = position_at(0.0);
   EXPECT_LT(norm(dynamics.point_velocity(link, p_W, workspace) - expected), 1e-9);
+  // The Jacobian's rows give the same; the joint beyond the link has no share.
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double> J(7);
     dynamics.point_jacobian(link, p_W, Vector3::Unit(axis), J, workspace);

@@ -84,6 +84,7 @@ struct Errors {
 };
 
 Errors compare(const Arm& arm, std::mt19937_64& random, int poses) {
+  // The same arm in both.
   const Model model = load(to_mjcf(arm));
   if (!model) return {};
   const Data data(mj_makeData(model.get()), &mj_deleteData);
@@ -93,6 +94,7 @@ Errors compare(const Arm& arm, std::mt19937_64& random, int poses) {
   EXPECT_EQ(model->nv, static_cast<int>(n));
   Errors worst;
   for (int i = 0; i < poses; ++i) {
+    // At random states, MuJoCo's mass matrix and acceleration.
     const auto q = random_values(random, n, 3.0), qd = random_values(random, n, 1.0),
                tau = random_values(random, n, 50.0);
     std::copy(q.begin(), q.end(), data->qpos);
@@ -101,6 +103,7 @@ Errors compare(const Arm& arm, std::mt19937_64& random, int poses) {
     mj_forward(model.get(), data.get());
     std::vector<double> theirs(n * n), M(n * n), qdd(n);
     mj_fullM(model.get(), theirs.data(), data->qM);
+    // Ours.
     dynamics.place({}, q, qd, workspace);
     dynamics.mass_matrix(M, workspace);
     EXPECT_TRUE(dynamics.forward_dynamics(kGravity, tau, qdd, workspace));

@@ -25,6 +25,7 @@ Vector3 angular_momentum(const RigidBody& body, const RigidBodyState& state) {
 }
 
 TEST(FreeFlight, PetersAndHsusComplexCase) {
+  // The published body and flight.
   const RigidBody body(box_inertia(10.0, {0.1, 0.4, 0.9}), "box");
   const Vector3 gravity(0, 0, -9.8), v0(-2, 2, 8), w0(0.1, 5.0, 0.1);
   RigidBodyState state = body.state({}, v0, w0);
@@ -35,6 +36,7 @@ TEST(FreeFlight, PetersAndHsusComplexCase) {
   const Vector3 L0 = angular_momentum(body, state);
   double position_error = 0.0, momentum_error = 0.0, energy_error = 0.0;
   const std::size_t allocations = allocation_count();
+  // The worst of all steps.
   for (int step = 1; step <= 10'000; ++step) {
     ASSERT_TRUE(body.fly(state, 1e-3, gravity));
     const double t = step * 1e-3;

@@ -63,12 +63,14 @@ StepReport run(DynamicsWorld& world, int steps, double h = 1e-3) {
 }
 
 TEST(WorldJoints, ADoublePendulumOfBodiesSwingsBesideTheArmOfTheSameLinks) {
+  // Two bodies on hinges.
   DynamicsWorld world = world_in({0, 0, -9.81});
   const auto a = add_box(world, 2, {1, 0.1, 0.1}, at({0.5, 0, 0}));
   const auto b = add_box(world, 1, {0.8, 0.1, 0.1}, at({1.4, 0, 0}));
   world.add_joint(joint_at(world, BodyJointKind::hinge, {}, Mover::of_body(a), at(kZero, about_y())));
   const auto elbow = world.add_joint(
       joint_at(world, BodyJointKind::hinge, Mover::of_body(a), Mover::of_body(b), at({1, 0, 0}, about_y())));
+  // The arm.
   MechanismDescription description = planar_arm(std::vector<double>{1.0, 0.8});
   for (JointDescription& joint : description.joints) joint.axis_J = Vector3::UnitY();
   const Mechanism arm(description);
@@ -78,6 +80,7 @@ TEST(WorldJoints, ADoublePendulumOfBodiesSwingsBesideTheArmOfTheSameLinks) {
   const MechanismDynamics dynamics(arm, links);
   const auto mechanism =
       world.add_mechanism(dynamics, {}, std::vector<double>{0, 0}, std::vector<double>{0, 0});
+  // Tips stay together, and so do values and rates.
   double worst = 0.0;
   for (int i = 0; i < 1000; ++i) {
     run(world, 1);
@@ -149,6 +152,7 @@ TEST(WorldJoints, ASliderMovesALoadByItsForceAgainstItsLosses) {
 }
 
 TEST(WorldJoints, AFourBarLinkageStaysClosedAndKeepsItsEnergy) {
+  // Crank, coupler and rocker, on hinges.
   DynamicsWorld world = world_in({0, 0, -9.81});
   const auto crank = add_box(world, 1, {0.05, 0.05, 0.3}, at({0, 0, 0.15}));
   const auto coupler = add_box(world, 2, {0.8, 0.05, 0.05}, at({0.4, 0, 0.3}));
@@ -160,6 +164,7 @@ TEST(WorldJoints, AFourBarLinkageStaysClosedAndKeepsItsEnergy) {
   world.add_joint(joint_at(world, BodyJointKind::hinge, two, three, at({0.8, 0, 0.3}, about_y())));
   const auto last =
       world.add_joint(joint_at(world, BodyJointKind::hinge, {}, three, at({1.0, 0, 0}, about_y())));
+  // Swings without allocating.
   world.reserve(4);
   const double energy = world.energy();
   run(world, 2);
@@ -461,6 +466,7 @@ TEST(WorldJoints, WhatIsNoJointIsRefused) {
   DynamicsWorld world = world_in(kZero);
   const auto a = add_box(world, 1, {1, 1, 1}, at(kZero)), b = add_box(world, 1, {1, 1, 1}, at({1, 0, 0}));
   const auto commanded = world.add_kinematic({}, kZero, kZero);
+  // What the error says of a changed joint.
   const auto refused = [&](auto change) {
     WorldJoint joint = joint_at(world, BodyJointKind::hinge, Mover::of_body(a), Mover::of_body(b), at(kZero));
     change(joint);
@@ -471,6 +477,7 @@ TEST(WorldJoints, WhatIsNoJointIsRefused) {
     }
     return std::string("taken");
   };
+  // Movers, limits, losses and frames.
   const std::string start = "joint 0: ";
   EXPECT_EQ(refused([](WorldJoint& j) { j.b = Mover::of_body(9); }), start + "no such body or link");
   EXPECT_EQ(refused([](WorldJoint& j) { j.b = j.a; }), start + "it joins a mover with itself");
@@ -483,6 +490,7 @@ TEST(WorldJoints, WhatIsNoJointIsRefused) {
   EXPECT_EQ(refused([](WorldJoint& j) { j.losses.damping = -1; }),
             start + "friction and damping must be >= 0 and finite");
   EXPECT_NE(refused([](WorldJoint& j) { j.joint.X_AJ.R *= 2.0; }), "taken");
+  // Nothing was added; a sound one is taken.
   EXPECT_EQ(world.joint_count(), 0u);
   EXPECT_EQ(refused([](WorldJoint&) {}), "taken");
   EXPECT_THROW(world.switch_joint(1, true), InputError);

@@ -268,6 +268,7 @@ DynamicScene crowd(unsigned seed, bool is_reversed = false) {
   const auto vector = [&](double scale) {
     return Vector3(scale * unit(random), scale * unit(random), scale * unit(random));
   };
+  // A rod on a pivot above a floor.
   DynamicScene scene =
       rod_and(box("floor", {6, 6, 1}, at({0, 0, -0.8})), {.surface = {0.3, 0.0}}, 400.0, 0.3);
   scene.gravity_W = {0, 0, -9.81};
@@ -275,6 +276,7 @@ DynamicScene crowd(unsigned seed, bool is_reversed = false) {
     SceneObject object;
     SceneBody body;
   };
+  // Six boxes that fly about.
   std::vector<Part> parts;
   for (int i = 0; i < 6; ++i) {
     const Vector3 size(0.2 + 0.1 * unit(random), 0.2 + 0.1 * unit(random), 0.2 + 0.1 * unit(random));
@@ -285,6 +287,7 @@ DynamicScene crowd(unsigned seed, bool is_reversed = false) {
     body.surface = {0.3, 0.2};
     parts.push_back({box("part " + std::to_string(i), size, X), body});
   }
+  // In order, or in reverse.
   if (is_reversed) std::reverse(parts.begin(), parts.end());
   for (const Part& part : parts) add(scene, part.object, part.body);
   return scene;
@@ -328,6 +331,7 @@ bool are_joined(const DynamicScene& scene, const SolidPair& pair) {
 /// it.
 TEST(GuardedSimulation, WhatAJointHoldsToWhatWasCutFollowsIt) {
   for (const GuardPolicy policy : {GuardPolicy::push, GuardPolicy::advance, GuardPolicy::hold}) {
+    // Two boxes on a ball joint fly at a wall, of which dynamics sees nothing.
     DynamicScene scene = empty_scene(0.6);
     const Vector3 size(0.2, 0.2, 0.2);
     add(scene, box("wall", {1, 1, 1}, at({-0.5, 0, 0})), {});
@@ -338,6 +342,7 @@ TEST(GuardedSimulation, WhatAJointHoldsToWhatWasCutFollowsIt) {
     joint.p_W = {0.4, 0, 0};
     scene.joints.push_back(joint);
     GuardedSimulation run = guarded(scene, {.policy = policy}, make_blind);
+    // The first is cut at the wall, and the second stays with it.
     double worst = 0.0, fastest = 0.0;
     std::uint32_t cut = 0;
     while (!run.is_over()) {
@@ -358,6 +363,7 @@ TEST(GuardedSimulation, WhatAJointHoldsToWhatWasCutFollowsIt) {
 
 /// A pair that a joint joins is checked again once it has let go, and no more once it holds again.
 TEST(GuardedSimulation, JointsLetTheirPairThroughWhileTheyHold) {
+  // A slider joins two bodies that fly at each other, until 0.05 s.
   DynamicScene scene = empty_scene(0.6);
   const Vector3 size(0.2, 0.2, 0.2);
   add(scene, box("a", size, at({0, 0, 0})), free_body(3, size));
@@ -371,6 +377,7 @@ TEST(GuardedSimulation, JointsLetTheirPairThroughWhileTheyHold) {
   part.time = 0.05;
   part.joint = {JointAddress::kBodyJoint, 0};
   scene.actions.push_back(part);
+  // Parted they meet.
   GuardedSimulation run = guarded(scene, {}, make_blind);
   while (!run.is_over()) {
     ASSERT_EQ(run.step().dynamics.failure, StepFailure::none);
@@ -379,6 +386,7 @@ TEST(GuardedSimulation, JointsLetTheirPairThroughWhileTheyHold) {
   EXPECT_GT(run.shown_pose(0).p.x(), -0.3);  // pushed along from 0.05 s on, by what met it at 0.1 s
   EXPECT_NEAR(run.simulation().world().linear_momentum().x(), -1.0, 1e-12);
 
+  // Joined for good they pass.
   scene.actions.clear();
   GuardedSimulation held = guarded(scene, {}, make_blind);
   double least = kInfinity;

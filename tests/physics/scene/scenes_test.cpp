@@ -121,6 +121,7 @@ Mechanism planar(std::span<const double> lengths) {
 constexpr double kReach = kL1 + kL2 + kL3;
 
 TEST(Scene8, FreeArmPushesWithItsEffectiveMass) {
+  // The arm's inertia about its pivot, from its links.
   const double I = 314.88 * kL1 * kL1 / 3.0 + 279.2 * (kL1 * kL1 / 12.0 + 10.665 * 10.665) +
                    2.0 * 105.98 * 14.22 * 14.22 + 243.66 * (kL3 * kL3 / 12.0 + 14.89945 * 14.89945);
   EXPECT_NEAR(I, 135227.5, 0.05);
@@ -129,6 +130,7 @@ TEST(Scene8, FreeArmPushesWithItsEffectiveMass) {
   const Mechanism mechanism = planar(std::array{kReach});
   const MechanismDynamics dynamics(mechanism, std::vector<BodyInertia>{{}, straight_arm()});
   const RigidBody oru(box_inertia(kOruMass, {0.525, 0.525, 0.525}), "ORU");
+  // What it gives to a box at its tip, without and with a bounce.
   for (const double e : {0.0, 0.5}) {
     DynamicsWorld world({});
     const auto arm = world.add_mechanism(dynamics, {}, std::array{0.0}, std::array{0.37 / kReach});
@@ -402,6 +404,7 @@ TEST(LargeIslands, SayWhatIsLeftAndKeepMomentum) {
   const Vector3 p = scene.world.linear_momentum(), l = scene.world.angular_momentum();
   std::uint32_t left = 0;
   double worst = 0.0, depth = 0.0;
+  // Steps with residuals reported, and without allocations.
   for (int step = 0; step < 60; ++step) {
     const auto contacts = scene.finder.contacts->find(scene.world);
     for (const Contact& contact : contacts)
@@ -422,6 +425,7 @@ TEST(LargeIslands, SayWhatIsLeftAndKeepMomentum) {
   EXPECT_LT(left, 30U);    // of 60: those whose work ended
   EXPECT_LT(worst, 0.2);   // of speeds of 0.5 m/s
   EXPECT_LT(depth, 1e-3);  // what these make of two steps
+  // Momentum is kept, and the same run gives the same bits.
   EXPECT_LT(norm(scene.world.linear_momentum() - p), 1e-13 * 100.0);
   EXPECT_LT(norm(scene.world.angular_momentum() - l), 1e-13 * 100.0);
   for (std::uint32_t i = 0; i <= LeaningStack::kCubes; ++i)

@@ -15,6 +15,7 @@ namespace {
 
 /// A driven arm that catches a body, lets it go and leans on a stack; a tool that comes by.
 DynamicScene busy_scene() {
+  // Bodies: a rod with a payload, a stack of two, and a tool that pushes it.
   DynamicScene scene = empty_scene(0.6);
   scene.gravity_W = {0, 0, -9.81};
   const Vector3 size(0.2, 0.2, 0.2);
@@ -28,12 +29,14 @@ DynamicScene busy_scene() {
   tool.motion.segments.push_back({0.1, 0.4, {1.0, 0, 0}, Vector3::UnitZ(), 0.0, kZero});
   add(scene, tool, {.kind = BodyKind::kinematic});
   for (SceneBody& body : scene.bodies) body.surface = {0.4, 0.2};
+  // The rod's joint has a drive.
   SceneJoint joint = pivot(1, {0, 0, 1});
   joint.lower = -2, joint.upper = 2;
   joint.drive.drive.torque = 30;
   joint.drive.ramp = -10;
   scene.mechanisms.push_back({"arm", {joint}, {}});
   scene.mechanisms[0].joints[0].axis_W = {0, -1, 0};
+  // The payload is latched and released, and the drive changes.
   SceneAction latch{SceneAction::Kind::latch, 0.05}, release{SceneAction::Kind::release, 0.3},
       drive{SceneAction::Kind::drive, 0.35};
   latch.carrier = 1, latch.carried = release.carried = 2;
@@ -104,6 +107,7 @@ TEST(SimulationState, SnapshotsAreOfTheirSimulationAlone) {
 }
 
 TEST(SimulationState, AJointPutAtAValueSwingsFromThere) {
+  // A rod on a pivot that is put aside at 0.5 s.
   DynamicScene scene = empty_scene(2.0);
   scene.gravity_W = {0, 0, -9.81};
   const Vector3 size(0.1, 0.1, 1.0);
@@ -116,6 +120,7 @@ TEST(SimulationState, AJointPutAtAValueSwingsFromThere) {
   set.value = 0.3, set.rate = -0.1;
   scene.actions = {set};
   SceneSimulation simulation(scene, native_contacts);
+  // It hangs still until then, and swings from the value on, with the rate.
   while (simulation.steps() < 500) ASSERT_EQ(step(simulation).failure, StepFailure::none);
   EXPECT_EQ(simulation.joint_value({0, 0}), 0.0);
   ASSERT_EQ(step(simulation).failure, StepFailure::none);
@@ -124,6 +129,7 @@ TEST(SimulationState, AJointPutAtAValueSwingsFromThere) {
   EXPECT_LT(simulation.joint_rate({0, 0}), -0.1);
   run(simulation);
   EXPECT_NEAR(simulation.world().energy(), energy, 1e-12);
+  // Values at a limit are taken; beyond it, not numbers or of no joint they are refused.
   simulation.set_joint({0, 0}, -1.0, 0.0);
   EXPECT_EQ(simulation.joint_value({0, 0}), -1.0);
   EXPECT_NEAR(simulation.object_pose(0).p.x(), 0.5 * std::sin(1.0), 1e-15);
@@ -204,6 +210,7 @@ DynamicScene coming_and_going() {
 TEST(SimulationState, WhatComesAndGoesGoesBackInTimeAndAllocatesNothing) {
   const DynamicScene scene = coming_and_going();
   SceneSimulation simulation(scene, native_contacts);
+  // Runs on to the end, without allocating; all places on the way.
   const auto run_on = [&] {
     std::vector<double> out;
     std::size_t allocated = 0;
@@ -217,12 +224,14 @@ TEST(SimulationState, WhatComesAndGoesGoesBackInTimeAndAllocatesNothing) {
     EXPECT_EQ(allocated, 0U);
     return out;
   };
+  // From the start, and again.
   EXPECT_FALSE(simulation.has(3));
   const std::vector<double> first = run_on();
   EXPECT_TRUE(simulation.has(1) && simulation.has(3));
   simulation.reset();
   EXPECT_FALSE(simulation.has(3));
   EXPECT_EQ(run_on(), first);
+  // From the middle, and again.
   simulation.reset();
   for (int i = 0; i < 220; ++i) ASSERT_EQ(step(simulation).failure, StepFailure::none);
   EXPECT_FALSE(simulation.has(1));

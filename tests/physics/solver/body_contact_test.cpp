@@ -79,6 +79,7 @@ TEST(BodyContact, StiffnessOfAPairIsThatOfItsRows) {
     PairStiffness pair;
     pair.clear();
     std::vector<double> expected(kRates * kRates, 0.0);
+    // Up to four contacts: their stiffness, and the same from rows.
     for (int c = 0; c < 4; ++c) {
       const BodyContact contact = drawn.contact(bodies);
       double G[9];
@@ -91,6 +92,7 @@ TEST(BodyContact, StiffnessOfAPairIsThatOfItsRows) {
           for (std::size_t r = 0; r < 3; ++r)
             for (std::size_t s = 0; s < 3; ++s) expected[h * kRates + k] += J[r][h] * G[3 * r + s] * J[s][k];
     }
+    // Blocks of each body, and of both.
     double own[2][36] = {}, both[36] = {}, transposed[36] = {};
     for (int side = 0; side < bodies; ++side) pair.write_own(side, own[side]);
     if (bodies == 2) pair.write_both(true, both), pair.write_both(false, transposed);

@@ -82,12 +82,14 @@ void solve_random_sets(double mu, int count) {
   double worst = 0.0;
   int failed = 0, rounding = 0;
   for (int i = 0; i < count; ++i) {
+    // A set is solved without allocations.
     const RandomSet set(random, mu, i % 2 == 1);
     const ContactProblem problem = set.problem();
     std::vector<double> x(RandomSet::kRows, 0.0);
     const std::size_t allocations = allocation_count();
     const SolveReport report = solver.solve(problem, x);
     EXPECT_EQ(allocation_count(), allocations);
+    // What the report says is so; the laws hold where it is solved.
     const double residual = natural_residual(problem, x, u);
     EXPECT_LT(std::abs(residual - report.residual), 1e-9 + 1e-9 * residual);
     worst = std::max(worst, residual);
@@ -178,6 +180,7 @@ TEST(ContactPath, EndsAtASolution) {
   int arrived = 0;
   constexpr int kCount = 50;
   for (int i = 0; i < kCount; ++i) {
+    // The set with its diagonal scaled to one.
     const RandomSet set(random, 0.5, i % 2 == 1);
     std::vector<double> scale(RandomSet::kRows), W = set.W, b = set.b, x(RandomSet::kRows), u = x;
     for (std::size_t r = 0; r < RandomSet::kRows; ++r) {
@@ -190,11 +193,13 @@ TEST(ContactPath, EndsAtASolution) {
       b[r] *= scale[r];
       for (std::size_t k = 0; k < RandomSet::kRows; ++k) W[r * RandomSet::kRows + k] *= scale[r] * scale[k];
     }
+    // Along the path to the hard contacts.
     ContactPath path;
     path.reserve(RandomSet::kRows);
     ASSERT_TRUE(path.start({RandomSet::kContacts, set.friction, {}, W, b}));
     while (path.softness() > 1e-9 && path.linear_solves() < 2000 && path.advance()) {
     }
+    // The solution of the set as it was.
     for (std::size_t r = 0; r < RandomSet::kRows; ++r) x[r] = path.y()[r] * scale[r];
     arrived += natural_residual(set.problem(), x, u) < 1e-6 ? 1 : 0;  // softness times impulses of up to 1e3
   }

@@ -328,6 +328,7 @@ TEST(ClosedForm, ACubeThatFallsBouncesInTimeAndHeight) {
 
 TEST(ClosedForm, LightCubeUnderAHeavyOne) {
   const double g = 9.81;
+  // A gram under a tonne.
   const RigidBody light(box_inertia(1e-3, {0.2, 0.2, 0.2}), "light"),
       heavy(box_inertia(1e3, {0.2, 0.2, 0.2}), "heavy");
   DynamicsWorld world({.gravity_W = {0, 0, -g}});
@@ -336,6 +337,7 @@ TEST(ClosedForm, LightCubeUnderAHeavyOne) {
   double worst = 0.0, residual = 0.0;
   std::array<ContactForce, 8> forces;
   for (int i = 0; i < 1000; ++i) {
+    // Contacts at the corners: on the ground, and of the two.
     std::array<Contact, 8> contacts;
     for (unsigned k = 0; k < 4; ++k) {
       const Vector3 below((k & 1) != 0 ? 0.1 : -0.1, (k & 2) != 0 ? 0.1 : -0.1, -0.1),
@@ -348,11 +350,13 @@ TEST(ClosedForm, LightCubeUnderAHeavyOne) {
       contacts[4 + k].p_A_W = touchstone::transform(world.pose(a), above);
       contacts[k].key = k + 1, contacts[4 + k].key = k + 5;
     }
+    // Nothing moves.
     const StepReport report = world.step(1e-3, contacts, forces);
     ASSERT_EQ(report.failure, StepFailure::none);
     residual = std::max(residual, report.worst_residual);
     worst = std::max(worst, std::abs(world.state(a).p_W.z() - 0.1));
   }
+  // The ground carries both.
   double load = 0.0;
   for (std::size_t k = 0; k < 4; ++k) load += forces[k].force_W.z();
   std::printf("light cube: %.1e m off, residual %.1e m/s\n", worst, residual);

@@ -47,6 +47,7 @@ TEST(DynamicsWorld, BadSetUpIsRefusedByName) {
 }
 
 TEST(DynamicsWorld, BadFiguresOfBodiesAndSettingsAreRefused) {
+  // Bodies.
   DynamicsWorld world({});
   const RigidBody body(box_inertia(1.0, {1, 1, 1}), "body");
   world.add_body(body, {});
@@ -62,6 +63,7 @@ TEST(DynamicsWorld, BadFiguresOfBodiesAndSettingsAreRefused) {
   EXPECT_THAT(refusal_of([&] { world.set_state(1, {}); }), testing::StrEq("no body 1"));
   EXPECT_EQ(world.state(0).momentum_W, kZero);
 
+  // Settings.
   using Settings = DynamicsWorld::Settings;
   const auto error_with = [](const auto& spoil) {
     Settings settings;
@@ -211,12 +213,14 @@ struct Undone {
 TEST(DynamicsWorld, AFailedStepLeavesNoTrace) {
   Undone once, again;
   for (int i = 0; i < 60; ++i) {
+    // A step that fails: torques and forces stay as they were.
     const double torque = again.world.joint_torques(0)[0];
     const std::array<ContactForce, 6> forces = again.forces;
     again.fail();
     EXPECT_EQ(again.world.joint_torques(0)[0], torque);
     for (std::size_t c = 0; i > 0 && c < forces.size(); ++c)
       EXPECT_EQ(again.forces[c].force_W, forces[c].force_W);
+    // The next step is that of a world in which none failed.
     const StepReport a = once.step(), b = again.step();
     ASSERT_EQ(a.failure, StepFailure::none);
     ASSERT_EQ(b.failure, StepFailure::none);

@@ -104,6 +104,7 @@ TEST(Push, WhatCannotBePushedIsRefusedByName) {
 }
 
 TEST(Snapshot, StepsAfterItHaveTheSameBits) {
+  // A leaning stack, of which the top is pushed.
   Cubes scene;
   scene.add_ground();
   std::vector<std::uint32_t> cubes;
@@ -115,6 +116,7 @@ TEST(Snapshot, StepsAfterItHaveTheSameBits) {
       ASSERT_EQ(scene.step(1e-3).failure, StepFailure::none);
     }
   };
+  // Copied in the middle; from there the run is the same twice.
   run(120);
   const DynamicsWorld kept = scene.world;
   std::vector<RigidBodyState> first;

@@ -65,6 +65,7 @@ TEST(Parting, CubesSpawnedInTheGroundComeUpAndRest) {
 }
 
 TEST(Sleep, WhatRestsSleepsUntilItIsTouched) {
+  // Three cubes that lie on each other, and one that falls on them.
   Cubes scene;
   DynamicsWorld::Settings settings = scene.world.settings();
   settings.sleep_time = 0.1;
@@ -73,16 +74,19 @@ TEST(Sleep, WhatRestsSleepsUntilItIsTouched) {
   for (int i = 0; i < 3; ++i) scene.add_cube({0, 0, 0.1 + 0.2 * i});
   const auto late = scene.add_cube({0, 0, 1.1});  // 0.4 m above: 0.29 s
   scene.contacts->build();
+  // Those that lie sleep before it arrives, without contacts,
   for (int i = 0; i < 200; ++i) ASSERT_EQ(scene.step(1e-3).failure, StepFailure::none);
   EXPECT_EQ(scene.world.sleepers(), 3U);
   EXPECT_FALSE(scene.world.is_asleep(late));
   EXPECT_TRUE(scene.contacts->find(scene.world).empty());
+  // wake as they are hit, and sleep again with it.
   for (int i = 0; i < 100; ++i) ASSERT_EQ(scene.step(1e-3).failure, StepFailure::none);
   EXPECT_EQ(scene.world.sleepers(), 0U);  // hit
   for (int i = 0; i < 300; ++i) ASSERT_EQ(scene.step(1e-3).failure, StepFailure::none);
   EXPECT_EQ(scene.world.sleepers(), 4U);
   EXPECT_TRUE(scene.world.is_at_rest());
   EXPECT_NEAR(scene.world.pose(late).p.z(), 0.7, 3e-6);
+  // Asleep nothing moves; woken, all that lies together wakes.
   const Vector3 p = scene.world.pose(late).p;
   ASSERT_EQ(scene.step(1e-3).failure, StepFailure::none);
   EXPECT_EQ(scene.world.pose(late).p, p);

@@ -120,6 +120,7 @@ TEST(TouchEvents, SleepersGoOnTouchingAndNothingIsAllocated) {
 // ---- surfaces
 
 TEST(SurfacePairs, CombineByTheRuleUnlessThePairHasItsOwn) {
+  // Each rule, in either order.
   const Surface a{0.9, 0.2}, b{0.4, 0.6};
   const std::map<Combination, double> frictions{{Combination::geometric_mean, 0.6},
                                                 {Combination::arithmetic_mean, 0.65},
@@ -134,6 +135,7 @@ TEST(SurfacePairs, CombineByTheRuleUnlessThePairHasItsOwn) {
     EXPECT_EQ(pairs.between(0, a, 1, b).friction, pairs.between(1, b, 0, a).friction);
     EXPECT_EQ(pairs.between(0, a, 1, b).restitution, 0.6);
   }
+  // Pairs with figures of their own; what they leave open is combined.
   SurfacePairs pairs;
   EXPECT_TRUE(pairs.is_usual());
   pairs.set(5, 2, {0.1, {}});

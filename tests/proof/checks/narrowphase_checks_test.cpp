@@ -159,6 +159,7 @@ TEST(ByteDecoder, GivesAllKindsOfPairs) {
   int decoded = 0, boxes = 0, warped = 0, overlapping = 0, tiny = 0, turned = 0;
   const auto native = make_native();
   for (std::uint64_t seed = 0; seed < 2000; ++seed) {
+    // What random bytes make.
     const auto solids = decode_pair(random_bytes(seed));
     if (!solids) continue;
     ++decoded;
@@ -166,6 +167,7 @@ TEST(ByteDecoder, GivesAllKindsOfPairs) {
     warped += solids->a.is_warped();
     tiny += solids->a.size() < 1e-30;
     turned += solids->X_WB.R != Matrix3::Identity();
+    // Its class.
     native->build(std::array{solids->a, solids->b});
     PairStatus status{};
     const std::array pairs = {SolidPair{0, 1}};
@@ -174,6 +176,7 @@ TEST(ByteDecoder, GivesAllKindsOfPairs) {
                      *native->make_workspace());
     overlapping += status == PairStatus::overlapping;
   }
+  // No kind is rare.
   EXPECT_GT(decoded, 1000);
   EXPECT_GT(boxes, 100);
   EXPECT_GT(warped, 50);

@@ -112,6 +112,7 @@ SceneJoint turning(const std::string& name, std::size_t parent, std::size_t chil
 /// taken by the second link and let go.
 DynamicScene pushing(std::size_t steps) {
   DynamicScene scene = on_a_slab(steps);
+  // An arm of two links.
   const auto link = [](double mass, const Vector3& size) {
     return SceneBody{BodyKind::link, box_inertia(mass, size), kAtRest, kAtRest, {0.4, 0.0}};
   };
@@ -120,6 +121,7 @@ DynamicScene pushing(std::size_t steps) {
   scene.mechanisms.push_back(
       {"arm",
        {turning("shoulder", kNoObject, 1, {0, 0, 0.2}, 0.6), turning("elbow", 1, 2, {1.0, 0, 0.2}, 0.4)}});
+  // What it pushes, what lies on it, and a tool that comes.
   const Vector3 size(0.3, 0.3, 0.3);
   add_box(scene, "block", size, placed({1.5, 0.3, 0.15}, {0, 0, 0.2}), free_box(size, kAtRest, kAtRest));
   add_box(scene, "load", {0.1, 0.1, 0.1}, placed({1.4, 0, 0.32}, {0.2, 0.1, 0}),
@@ -129,6 +131,7 @@ DynamicScene pushing(std::size_t steps) {
   add_box(scene, "tool", {0.2, 0.2, 0.2}, placed({-1.0, 0.5, 0.3}), tool);
   scene.scene.objects.back().motion.segments.push_back(
       {0.0, 100.0, {0.2, 0, 0}, Vector3(0.6, 0, 0.8), 0.9, {-1.0, 0.6, 0.3}});
+  // The load is latched for half of the run.
   SceneAction latch, release;
   latch.kind = SceneAction::Kind::latch;
   latch.carrier = 2, latch.carried = 4;

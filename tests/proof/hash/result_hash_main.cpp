@@ -45,6 +45,7 @@ struct Options {
 bool read_options(int argc, char** argv, Options& all) {
   HashOptions& options = all.answers;
   for (int i = 1; i < argc; ++i) {
+    // One option without a value, the others with a number.
     const std::string_view option = argv[i];
     if (option == "--cache") {
       options.cache = true;

@@ -29,6 +29,7 @@ TEST(ResultHash, BatchSizesThreadsAndACacheDoNotShow) {
 }
 
 TEST(ResultHash, OneBitOfAnyAnswerShows) {
+  // Lies of one bit or one status.
   const HashOptions options{.count = 10};
   const std::uint64_t expected = hash(options);
   const auto flipped = [](double& value) {
@@ -54,6 +55,7 @@ TEST(ResultHash, OneBitOfAnyAnswerShows) {
                                                      if (input.query.kind == QueryKind::overlap)
                                                        output.status[5] = PairStatus::undecided;
                                                    }};
+  // Each shows, and so does another seed.
   for (const auto& lie : lies)
     EXPECT_NE(total_hash(result_hashes(options, [&] { return std::make_unique<LyingNarrowphase>(lie); })),
               expected);

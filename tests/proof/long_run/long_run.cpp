@@ -66,6 +66,7 @@ class Findings {
 
   void judge_class(std::size_t family, std::uint64_t index, const SettledClass& settled, PairStatus overlap,
                    PairStatus distance, double separation) {
+    // Counts by class.
     FamilyTally& tally = tallies[family];
     ++tally.pairs;
     tally.by_filter += settled.directions_in_integers == 0;
@@ -76,6 +77,7 @@ class Findings {
     tally.separated += *settled.pair_class == PairClass::separated;
     tally.touching += *settled.pair_class == PairClass::touching;
     tally.penetrating += *settled.pair_class == PairClass::penetrating;
+    // What is wrong with it: class, or the separation's sign.
     const bool contact = *settled.pair_class != PairClass::separated;
     const PairStatus right = contact ? PairStatus::overlapping : PairStatus::separated;
     const bool wrong = overlap != right || distance != right;
@@ -189,6 +191,7 @@ FamilyTally LongRunResult::total() const {
 LongRunResult long_run(const LongRunOptions& options,
                        const std::function<std::unique_ptr<Narrowphase>()>& make,
                        const std::function<void(std::size_t)>& progress) {
+  // Threads take block after block; each adds up what it found.
   const auto start = std::chrono::steady_clock::now();
   const Blocks blocks(options);
   std::atomic<std::size_t> next{0}, done{0};
@@ -207,11 +210,13 @@ LongRunResult long_run(const LongRunOptions& options,
     for (std::size_t i = 0; i < findings.tallies.size(); ++i) result.families[i].add(findings.tallies[i]);
     result.faults.insert(result.faults.end(), findings.faults.begin(), findings.faults.end());
   };
+  // The caller is one of them.
   {
     std::vector<std::jthread> others;
     for (int i = 1; i < options.threads; ++i) others.emplace_back(work, false);
     work(true);
   }
+  // The first faults of all.
   std::sort(result.faults.begin(), result.faults.end(), [](const Fault& p, const Fault& q) {
     return std::tie(p.family, p.index) < std::tie(q.family, q.index);
   });

@@ -153,6 +153,7 @@ std::size_t family_index(const std::string& name) {
 }
 
 int run(int argc, char** argv) {
+  // Options.
   LongRunOptions options;
   std::vector<std::string> names;
   std::string output = "long_run";
@@ -170,9 +171,11 @@ int run(int argc, char** argv) {
   for (const std::string& name : names) options.families.push_back(family_index(name));
   std::filesystem::create_directories(output);
 
+  // The run.
   ProgressText progress(options.count);
   const LongRunResult result = long_run(options, make_native, [&](std::size_t done) { progress(done); });
   if (isatty(STDERR_FILENO) == 1) fmt::print(stderr, "\r\033[K");
+  // Tables, files, and how to see a fault again.
   const FamilyTally total = result.total();
   write(std::filesystem::path(output) / "long_run.json", result_json(options, result));
   fmt::print("{}\n{}\n{} pairs in {:.1f} s on {} threads: {:.0f} pairs/s{}\n", class_table(result),

@@ -244,18 +244,21 @@ double any_scale(Bytes& bytes) {
 }
 
 std::optional<PosedSolids> decode(Bytes& bytes) {
+  // How large the solids are, and how the second is placed.
   const double scale = bytes.one_in(4) ? any_scale(bytes) : 1.0;
   const double ratio = bytes.one_in(6) ? power(bytes.below(81) - 40) : 1.0;
   const int placing = bytes.below(4);
   const int far = bytes.one_in(5) ? bytes.below(50) : -1;
   const bool twin = bytes.one_in(16);
 
+  // Solids and rotations.
   const Hexahedron a = solid(bytes, scale);
   const Hexahedron b = twin ? a : solid(bytes, scale * ratio);
   Pose X_WA{any_rotation(bytes), bytes.vector() * scale}, X_WB;
   X_WB.R = any_rotation(bytes);
   if (bytes.one_in(2)) X_WB.R = compose(X_WA, X_WB).R;
   X_WB.p = bytes.vector() * scale;
+  // Features of the two meet, or nearly do.
   if (placing > 0) {
     const Vector3 meeting = transform(X_WA, feature_point(a, bytes));
     X_WB.p = meeting - rotate(X_WB.R, feature_point(b, bytes));
@@ -264,6 +267,7 @@ std::optional<PosedSolids> decode(Bytes& bytes) {
       X_WB.p += bytes.vector() * (scale * gap);
     }
   }
+  // Both may be far from the origin.
   if (far >= 0) {
     const Vector3 offset = bytes.vector() * (scale * power(far));
     X_WA.p += offset, X_WB.p += offset;

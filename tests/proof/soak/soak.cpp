@@ -315,6 +315,7 @@ class SoakRun {
   const Pose& pose_of(std::uint32_t item) const { return world_->actual_pose(items_[item].handle); }
 
   MotionCommand draw_command(std::uint32_t i) {
+    // Most commands are small and lead back to the middle; some are extreme or no numbers.
     const ObjectHandle handle = items_[i].handle;
     const Vector3 home = -0.1 * pose_of(i).p;
     switch (random_.below(16)) {
@@ -448,6 +449,7 @@ class SoakRun {
   }
 
   void check_report(const FrameReport& report) {
+    // Events: of checked objects that are there, in order, within the frame, with geometry.
     std::uint64_t refused = 0;
     std::pair<std::uint32_t, std::uint32_t> last{0, 0};
     for (const ContactEvent& event : report.events) {
@@ -468,6 +470,7 @@ class SoakRun {
       if (event.kind != EventKind::ended && !is_checked(i, j))
         return violate("an event of a pair that is not checked");
     }
+    // Figures of the frame.
     removed_.clear();
     figures_.refused += refused;
     if (refused != expected_refusals_)

@@ -94,6 +94,7 @@ struct TwoBarsAtABlock {
 TEST(ArmHand, TheToolIsHeldByAllJoints) {
   const Eigen::Vector2d g(TwoBarsAtABlock::kFar, TwoBarsAtABlock::kFar - 2.0);
   const Eigen::Vector2d goal(TwoBarsAtABlock::kBy, 0.0), across(4.0, 2.0), turn(1.0, 1.0);
+  // Stiffness of the tool and of the joints.
   for (const auto& [k, c, w] :
        {std::array{500.0, 500.0, 5.0}, {2000.0, 0.5, 1.0}, {2.0, 4000.0, 1.0}, {300.0, 100.0, 400.0}}) {
     TwoBarsAtABlock scene;
@@ -102,11 +103,13 @@ TEST(ArmHand, TheToolIsHeldByAllJoints) {
     hand.translation = {k, k, k}, hand.turning = {c, c, c}, hand.joints = {w, w};
     scene.world->set_hand(scene.arm, hand);
     const FrameReport report = scene.turn();
+    // The commanded joints less what the force at the contact moves, by the stiffness in joint space.
     const Eigen::Matrix2d M =
         w * Eigen::Matrix2d::Identity() + k * across * across.transpose() + c * turn * turn.transpose();
     const Eigen::Vector2d M_g = M.inverse() * g;
     const double force = g.dot(goal) / g.dot(M_g);
     const Eigen::Vector2d expected = goal - force * M_g;
+    // Joints, force, moment and lag.
     const std::vector<double> q = joints_of(*scene.world, scene.arm);
     const double tolerance = 1e-3 * TwoBarsAtABlock::kBy;
     EXPECT_NEAR(q[0], expected[0], tolerance) << k << " " << c;

@@ -52,6 +52,7 @@ TEST(JointSlide, EndsClosestToTheCommand) {
 
 // The shoulder drives the end against the wall while the elbow is commanded to give way.
 TEST(JointSlide, FollowsTheWallWithoutSticking) {
+  // An arm of three joints turns into a wall.
   const auto world = make_world();
   world->set_default_rule(rule(ContactPolicy::slide));
   world->add({box_tree("wall", {40, 1, 4}), at(0, 1.0, 0), true});
@@ -60,6 +61,7 @@ TEST(JointSlide, FollowsTheWallWithoutSticking) {
   std::uint32_t limits = 0;
   std::uint64_t queries = 0;
   double worst = 1.0;
+  // It slides along in each frame from the contact on.
   for (int frame = 1; frame <= 100; ++frame) {
     const double before = world->joint_values(arm)[0];
     const FrameReport report = move_joints(*world, arm, {0.05 + 0.004 * frame, 0, -0.1});
@@ -69,6 +71,7 @@ TEST(JointSlide, FollowsTheWallWithoutSticking) {
     queries = std::max(queries, report.queries);
     for (const ContactEvent& event : report.events) worst = std::min(worst, event.geometry.separation);
   }
+  // Where it ends.
   const auto q = world->joint_values(arm);
   std::printf("slid %d frames, ends at %.4f %.4f %.4f, least separation %.3f g, worst %llu queries\n", slid,
               q[0], q[1], q[2], worst / kGap, static_cast<unsigned long long>(queries));
@@ -147,6 +150,7 @@ TEST(JointSlide, PlansForHalfWhereThatGainsMore) {
 
 // The distance to the command never grows along what is executed, and every part keeps its gap.
 TEST(JointSlide, DistanceNeverGrows) {
+  // An arm among boxes.
   const auto world = make_world();
   world->set_default_rule(rule(ContactPolicy::slide));
   for (int i = 0; i < 12; ++i)
@@ -155,11 +159,13 @@ TEST(JointSlide, DistanceNeverGrows) {
   const MechanismHandle arm = world->add_mechanism({make_arm("arm", 3)});
   double growth = 0.0;
   int slid = 0;
+  // Commanded to and fro.
   for (int frame = 1; frame <= 200; ++frame) {
     const std::vector<double> goal = {3.0 * std::sin(0.02 * frame), 1.5 * std::sin(0.05 * frame),
                                       1.5 * std::cos(0.03 * frame)};
     const FrameReport report = move_joints(*world, arm, goal);
     slid += report.slide_steps > 0;
+    // Along all that a frame executes, the way left in joint space gets no longer.
     double last = 1e9;
     for (std::size_t part = 0; part < world->executed_parts(); ++part)
       for (int i = 0; i <= 10; ++i) {

@@ -95,17 +95,20 @@ struct ArmScene {
 #ifdef TOUCHSTONE_HAS_EXACT
     BackendRegistry registry;
     register_exact(registry);
+    // What was added since is built, too.
     if (built_ != solids.size()) {
       exact_ = registry.make_narrowphase("exact");
       exact_->build(solids);
       workspace_ = exact_->make_workspace();
       built_ = solids.size();
     }
+    // Solids where they are, or are on the way.
     std::vector<Pose> poses;
     for (std::size_t i = 0; i < solids.size(); ++i)
       poses.push_back(compose(executed ? world->executed_pose(objects[object_of[i]], part, s)
                                        : world->actual_pose(objects[object_of[i]]),
                               X_OS[i]));
+    // Any checked pair in contact.
     for (SolidIndex a = 0; a < solids.size(); ++a)
       for (SolidIndex b = a + 1; b < solids.size(); ++b) {
         if (!may_be_within(solids[a], poses[a], solids[b], poses[b])) continue;

@@ -86,6 +86,7 @@ double scale_of(const Scene& scene) {
 }
 
 Flight fly(const Scene& scene, const std::string& backend) {
+  // The scene with this backend's narrowphase.
   BackendRegistry registry;
   register_all_backends(registry);
   auto narrowphase = registry.make_narrowphase(backend);
@@ -94,6 +95,7 @@ Flight fly(const Scene& scene, const std::string& backend) {
   Flight flight;
   flight.check = flown.world().capabilities().check;
   flight.bounds = bounds_of(backend, checked.capabilities(), scale_of(scene));
+  // All frames and their events: what stopped, began and ended when, and how deep.
   for (std::uint64_t k = 0; k + 1 < scene.frame_count(); ++k) {
     const FrameReport report = flown.step();
     EXPECT_EQ(report.check, flight.check);
@@ -111,6 +113,7 @@ Flight fly(const Scene& scene, const std::string& backend) {
       flight.deepest = std::min(flight.deepest, event.geometry.separation);
     }
   }
+  // Where objects are in the end.
   for (std::size_t i = 0; i < scene.objects.size(); ++i)
     flight.last[scene.objects[i].tree.name()] = flown.world().actual_pose(flown.object(i));
   return flight;
@@ -260,6 +263,7 @@ bool is_expected(const std::string& backend, const std::string& what) {
 class FlownBackends : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(FlownBackends, ScenesWithinWhatIsDeclared) {
+  // All scenes with closed forms.
   const std::string& backend = GetParam();
   Rows rows(backend);
   fly_grapple(rows);
@@ -269,6 +273,7 @@ TEST_P(FlownBackends, ScenesWithinWhatIsDeclared) {
   fly_tunnelling(rows);
   fly_gate(rows);
   fly_contained(rows, backend);
+  // Each figure is within what the backend declares, but for those known.
   int violations = 0;
   std::cout << backend << ", " << to_string(rows.rows.front().check) << '\n' << std::setprecision(9);
   for (const Row& row : rows.rows) {
@@ -283,6 +288,7 @@ TEST_P(FlownBackends, ScenesWithinWhatIsDeclared) {
   }
   std::cout << "  " << violations << " violations; " << rows.iteration_limits << " iteration limits\n";
   EXPECT_EQ(rows.iteration_limits, 0u);
+  // Which backends judge poses only.
   const std::set<std::string> judge_poses = {"bullet",     "ode", "edge_face", "libccd_gjk",
                                              "libccd_mpr", "fcl", "fcl_indep", "mujoco"};
   const bool sampled = judge_poses.contains(backend);

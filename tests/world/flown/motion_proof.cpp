@@ -326,6 +326,7 @@ bool same(const Poses& x, const Poses& y) {
 }
 
 void fly_world(Random& random, MotionFigures& figures) {
+  // A crowd, and the same one registered the other way round.
   const Setting setting = draw_setting(random, figures.proof.rounded);
   Crowd crowd(setting, figures.proof, false), twin(setting, figures.proof, true);
   figures.is_sampled = crowd.world->capabilities().check == MotionCheck::sampled;
@@ -334,6 +335,7 @@ void fly_world(Random& random, MotionFigures& figures) {
   Contacts contacts = contacts_in(crowd, crowd.world->frame({}));
   twin.world->frame({});
   for (int frame = 0; frame < kFramesOfAWorld && figures.motions < figures.proof.motions; ++frame) {
+    // A frame, judged.
     std::vector<MotionCommand> commands = draw_commands(crowd, random, setting, contacts);
     const Poses before = crowd.poses();
     const FrameReport report = crowd.world->frame(commands);
@@ -344,6 +346,7 @@ void fly_world(Random& random, MotionFigures& figures) {
     figures.slid_frames += report.slide_steps > 0;
     figures.iteration_limits += report.iteration_limits;
     flight.judge_frame(crowd, before);
+    // The twin's, with commands in reverse: the same poses.
     if (!agrees) continue;  // they have parted
     std::reverse(commands.begin(), commands.end());
     for (MotionCommand& command : commands)

@@ -13,6 +13,7 @@
 int main(int argc, char** argv) {
   using namespace touchstone;
   try {
+    // Options.
     std::vector<std::string> names(argv + 1, argv + argc);
     std::uint64_t motions = 100000, seed = 1;
     const bool rounded = !names.empty() && names[0] == "--rounded";
@@ -26,6 +27,7 @@ int main(int argc, char** argv) {
       names.erase(names.begin());
     }
     if (names.empty()) names = {"native"};
+    // Each backend; a violation of one that proves its motions is a failure.
     std::vector<MotionFigures> figures;
     bool violated = false;
     for (const std::string& name : names) {

@@ -74,6 +74,7 @@ TEST_P(Seams, SlidingParallelTakesAtMost16CallsAPair) {
   const double above = 2 * gap();
   int worst = 0, frames = 0;
   for (const int parts : {1, kParts}) {
+    // A block just above a floor of one part or many.
     const std::vector<PlacedHexahedron> floor = floor_of(parts);
     std::vector<Hexahedron> solids{Hexahedron::from_size({0.3, 0.2, 0.1})};
     for (const PlacedHexahedron& part : floor) solids.push_back(part.solid);
@@ -82,12 +83,14 @@ TEST_P(Seams, SlidingParallelTakesAtMost16CallsAPair) {
     const auto native = make_native();
     native->build(solids);
     NarrowphaseQuery query(*narrowphase, *native, solids.size());
+    // Straight and turning, in one sub-step and in a hundred.
     for (const int steps : {1, 100})
       for (const double turn : {0.0, 0.2})
         for (int step = 0; step < steps; ++step) {
           Pose start = at(step / double(steps), 0.0005, 0.05 + above);
           start.R = rotation_about(Vector3::UnitZ(), turn * step / steps);
           const RigidPath path = RigidPath::by(start, {1.0 / steps, 0.05 / steps, 0}, {0, 0, turn / steps});
+          // Against each part of the floor, calls are counted.
           for (SolidIndex i = 1; i < solids.size(); ++i) {
             const RigidPath rest(floor[i - 1].X_OS);
             query.set_pair({0, i});

@@ -116,12 +116,14 @@ class EventCrowd {
 
  private:
   void add_items() {
+    // Objects are kept by slot.
     const auto add = [&](const std::string& name, std::vector<PlacedHexahedron> solids, const Pose& X_WO,
                          bool is_static) {
       const auto tree = std::make_shared<HexahedronTree>(std::move(solids), name);
       const ObjectHandle object = world_->add({tree, X_WO, is_static});
       items_[object.slot] = {object, tree, is_static};
     };
+    // Floor and wall, free solids, and an arm.
     add("floor", {{"box", Hexahedron::from_size({8, 8, 1}), {}}}, at(0, 0, -1.3), true);
     add("wall", {{"box", Hexahedron::from_size({0.1, 4, 4}), {}}}, at(1.6, 0, 0), true);
     const std::uint32_t count = 5 + random_.below(5);
@@ -163,6 +165,7 @@ class EventCrowd {
   }
 
   void meddle() {
+    // An object is switched, latched or let go, exempted, or taken out.
     auto chosen = items_.begin();
     std::advance(chosen, random_.below(static_cast<std::uint32_t>(items_.size())));
     Item& item = chosen->second;

@@ -247,16 +247,19 @@ std::vector<EventKind> kinds_of(const std::vector<ContactEvent>& events) {
 }
 
 TEST(ContactLog, TellsAContactFromItsBeginningToItsEnd) {
+  // Two cubes half a gap apart.
   CubesInARow row({0, 1.0 + 0.5 * kGap});
   GrowingList<FramePair> pairs{row.model.frame_pair({0, 1})};
   const MomentLog moments;
   ContactLog log;
   log.take_room(2);
+  // The events of a frame.
   const auto report = [&](std::span<const FramePair> among) {
     std::vector<ContactEvent> events;
     log.report(row.model, row.lanes, among, moments, 0, events);
     return kinds_of(events);
   };
+  // Apart by more, nearer again, and no longer checked.
   EXPECT_EQ(report(pairs), std::vector{EventKind::began});
   EXPECT_EQ(report(pairs), std::vector{EventKind::persists});
   row.model.from[1].p.x() = 1.0 + 1.5 * kGap;  // no longer within the gap, but within twice of it
@@ -268,6 +271,7 @@ TEST(ContactLog, TellsAContactFromItsBeginningToItsEnd) {
   EXPECT_EQ(report(pairs), std::vector{EventKind::began});
   EXPECT_EQ(report({}), std::vector{EventKind::ended});  // no longer checked
   EXPECT_EQ(report(pairs), std::vector{EventKind::began});
+  // One of them goes.
   log.end_of(row.model.layout, std::array<std::uint32_t, 1>{1});
   EXPECT_TRUE(log.now().empty());
   EXPECT_EQ(report({}), std::vector{EventKind::ended});

@@ -412,6 +412,7 @@ TEST(FrameThreads, FramesDoNotAllocate) {
 
 /// Boxes through each other's places: poses and forces after a few frames of slides.
 std::vector<Vector3> slide_through(std::size_t threads, const SlideBudget& budget) {
+  // A dense crowd in which all slide.
   std::mt19937 engine(11);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
   const auto vector = [&](double most) {
@@ -428,6 +429,7 @@ std::vector<Vector3> slide_through(std::size_t threads, const SlideBudget& budge
     boxes.push_back(world->add(
         {box_tree("box " + std::to_string(i), {0.3, 0.4, 0.5}), at(p.x(), p.y(), p.z()), false, {}}));
   }
+  // What hands feel, and where boxes are.
   std::vector<Vector3> out;
   for (int frame = 0; frame < 4; ++frame) {
     std::vector<MotionCommand> commands;
@@ -448,6 +450,7 @@ struct MixedSlides {
 };
 
 MixedSlides slide_and_shove(std::size_t threads, const SlideBudget& budget) {
+  // A heap of boxes that slide, pivot and are shoved.
   Random random(12);
   const auto world = make_world();
   world->set_default_rule(rule(ContactPolicy::slide));
@@ -466,6 +469,7 @@ MixedSlides slide_and_shove(std::size_t threads, const SlideBudget& budget) {
                                 at(0.5 * (i % 6), 0.6 * (i / 6 % 6), 0.7 * (i / 36)),
                                 false,
                                 {groups[i % 4]}}));
+  // Each kind goes on after its stop, in the end.
   MixedSlides out;
   for (int frame = 0; frame < 4; ++frame) {
     std::vector<MotionCommand> commands;

@@ -13,6 +13,7 @@ namespace touchstone {
 namespace {
 
 TEST(PairWatch, HoldsWhatWasAddedAndNotRemoved) {
+  // Pairs are added and removed at random, here and in a map.
   Random random(3);
   PairWatch watch;
   watch.set_solids(20);
@@ -34,6 +35,7 @@ TEST(PairWatch, HoldsWhatWasAddedAndNotRemoved) {
     }
     ASSERT_EQ(watch.count(), expected.size());
   }
+  // Each solid's pairs are those of the map.
   for (SolidIndex solid = 0; solid < 20; ++solid) {
     std::vector<std::uint32_t> found, wanted;
     watch.for_each_of(solid, [&](std::uint32_t index) { found.push_back(index); });

@@ -132,6 +132,7 @@ TEST(RoundedWorld, AllocatesNothingWhileItSlides) {
 }
 
 TEST(RoundedWorld, ABackendThatTakesNoneRefusesThemByName) {
+  // A backend without rounded solids.
   BackendRegistry registry;
   register_core(registry);
   ContactWorld world(registry.make_narrowphase("edge_face"), registry.make_broadphase("native"), kGap);
@@ -144,12 +145,14 @@ TEST(RoundedWorld, ABackendThatTakesNoneRefusesThemByName) {
     }
     return "no error";
   };
+  // Added later one is refused, and the world goes on.
   EXPECT_THAT(
       error_of([&] {
         world.add({tree("ball", Hexahedron::sphere(0.25)), at(0, 0, 1)});
       }),
       HasSubstr("object 'ball': hexahedron 'solid' is rounded (radius 0.25 m), which backend 'edge_face'"));
   EXPECT_NO_THROW(world.frame({}));
+  // So is the backend where one is there already.
   world.set_narrowphase(registry.make_narrowphase("native"));
   world.add({tree("ball", Hexahedron::sphere(0.25)), at(0, 0, 1)});
   world.prepare();

@@ -84,6 +84,7 @@ constexpr std::string_view kOdd = "every second cube, by a name that no short st
 // Cubes that fall onto one another while objects, pairs, a group and everything are switched off and on, and
 // changes are refused.
 SelectedRun fly_selected(int frames, std::size_t room, const SelectedRun* replay) {
+  // Cubes above a floor, of which every other one is in a group.
   constexpr int kCubes = 24;
   const auto world = make_world();
   world->set_default_rule(rule(ContactPolicy::advance));
@@ -95,11 +96,13 @@ SelectedRun fly_selected(int frames, std::size_t room, const SelectedRun* replay
         world->add({box_tree("cube " + std::to_string(i), {1, 1, 1}), at(0, 0, 1 + 1.5 * i), false,
                     i % 2 ? std::vector<std::string>{std::string(kOdd)} : std::vector<std::string>{}}));
   world->prepare();
+  // Room for all that is kept.
   SelectedRun run;
   run.kept.reserve(6 * static_cast<std::size_t>(frames));
   std::vector<MotionCommand> commands;
   commands.reserve(kCubes);
   std::size_t before = 0, next = 0;
+  // Selections of all scopes, good and bad, or those of a run before.
   for (int frame = 0; frame < frames; ++frame) {
     if (frame == 20) before = allocation_count();
     if (replay != nullptr) {
@@ -113,6 +116,7 @@ SelectedRun fly_selected(int frames, std::size_t room, const SelectedRun* replay
       world->select(SelectionChange::of_group(frame % 2 == 0 ? kOdd : "a group of none", frame % 4 == 0));
       world->select(SelectionChange::of(ObjectHandle{cubes[i].slot, cubes[i].generation - 1}, false));
     }
+    // All move in the frame.
     commands.clear();
     for (const ObjectHandle cube : cubes)
       commands.push_back(world->move_by(cube, {0, 0, -0.01}, {0, 0, 0.01}));
@@ -120,6 +124,7 @@ SelectedRun fly_selected(int frames, std::size_t room, const SelectedRun* replay
     for (const SelectionChange& change : report.selections) run.kept.push_back({report.frame, change});
     run.refused += report.refused_selections.size();
   }
+  // What was allocated once warm, recorded, and where cubes are.
   run.allocations = allocation_count() - before;
   run.recorded = world->selection_record().size(), run.left_out = world->selections_left_out();
   for (const ObjectHandle cube : cubes) run.ends.push_back(world->actual_pose(cube));

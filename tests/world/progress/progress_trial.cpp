@@ -63,6 +63,7 @@ ProgressTrial planar(std::string_view scene, double rate, double gap, Random& ra
 /// The SSRMS-type arm's end effector over a grapple probe (the bundled scene), its bore about to meet the
 /// stem.
 ProgressTrial bore(double rate, double gap, Random& random) {
+  // The bundled arm over the bore, shortly before its rim meets the stem.
   const auto arm = make_ssrms_arm();
   std::vector<double> q;
   for (const double degrees : {10, 25, -70, 110, -35, 20, 15}) q.push_back(degrees * kDegree);
@@ -73,6 +74,7 @@ ProgressTrial bore(double rate, double gap, Random& random) {
   const std::uint32_t tip = arm->find_link("tip");
   const Vector3 start(0.09 - 0.01 * time, random.uniform(-0.001, 0.001), 0.5 - 0.02 * time);
   const Pose X_WB = rigid_frame(compose(turned_at(start, down), inverse(X_BL[tip])));
+  // Plate, stem and taper.
   Obstacles obstacles;
   obstacles.add(Vector3(0.8, 0.8, 0.05), at(0, 0, -0.025));
   obstacles.add(Vector3(0.038, 0.038, 0.25443), at(0, 0, 0.127215));
@@ -82,6 +84,7 @@ ProgressTrial bore(double rate, double gap, Random& random) {
     taper[i] = {(i & 4 ? 1 : -1) * half, (i & 2 ? 1 : -1) * half, i & 1 ? 0.019 : 0.0};
   }
   obstacles.add(Hexahedron::from_vertices(taper), at(0, 0, 0.25443));
+  // Resolved rates drive the tip aside and down.
   ProgressTrial out = arm_trial(arm, X_WB, q, obstacles, gap);
   out.command = [arm, tip, rate, X_WB, control = std::make_shared<ResolvedRate>(*arm, tip)](
                     const Configuration& at, int) {
@@ -125,6 +128,7 @@ Obstacles clear_of(std::vector<Hexahedron> solids, std::vector<Pose> X_WS, const
 
 /// The same arm among 500 blocks, its joints commanded at random rates for two seconds each.
 ProgressTrial blocks(double rate, double gap, Random& random) {
+  // The bundled arm in a random posture.
   const auto arm = make_ssrms_arm();
   std::vector<double> q;
   for (const double degrees : {10, 25, -70, 110, -35, 20, 15})
@@ -134,6 +138,7 @@ ProgressTrial blocks(double rate, double gap, Random& random) {
   std::vector<Pose> X_WS;
   for (std::uint32_t i = 0; i < arm->solids().size(); ++i)
     X_WS.push_back(compose(X_WL[arm->link_of(i)], arm->placed(i).X_OS));
+  // Blocks about it, clear of its links.
   Obstacles all;
   for (int i = 0; i < 800; ++i) {
     const Vector3 size(random.uniform(0.3, 1.5), random.uniform(0.3, 1.5), random.uniform(0.3, 1.5));
@@ -141,6 +146,7 @@ ProgressTrial blocks(double rate, double gap, Random& random) {
     all.add(size, turned_at(random.vector(14.0), rotation_about(turn / norm(turn), norm(turn))));
   }
   const Obstacles obstacles = clear_of(arm->solids(), X_WS, all, 500);
+  // Spells of random joint rates.
   ProgressTrial out = arm_trial(arm, {}, q, obstacles, gap);
   constexpr int kSpells = 10;
   std::vector<std::vector<double>> rates(kSpells);
@@ -184,6 +190,7 @@ std::shared_ptr<const Mechanism> random_arm(Random& random) {
 /// Such an arm among boxes, moved by up to 6 rad/s a joint: at 10 Hz by 0.6 rad a frame. Held by its last
 /// link's end, with the default stiffness there, or by its joints.
 ProgressTrial random_arm_trial(double rate, double gap, bool is_held, Random& random) {
+  // A random arm in a random posture.
   const auto arm = random_arm(random);
   const std::size_t values = arm->value_count();
   std::vector<double> q(values);
@@ -192,6 +199,7 @@ ProgressTrial random_arm_trial(double rate, double gap, bool is_held, Random& ra
   arm->link_poses({}, q, X_WL);
   for (std::uint32_t i = 0; i < arm->solids().size(); ++i)
     X_WS.push_back(compose(X_WL[arm->link_of(i)], arm->placed(i).X_OS));
+  // Blocks about it, clear of its links.
   Obstacles all;
   for (int i = 0; i < 60; ++i) {
     const Vector3 size(random.uniform(0.1, 1.5), random.uniform(0.1, 1.5), random.uniform(0.1, 1.5));
@@ -199,6 +207,7 @@ ProgressTrial random_arm_trial(double rate, double gap, bool is_held, Random& ra
     all.add(size, turned_at(random.vector(4.0), rotation_about(turn / norm(turn), norm(turn))));
   }
   ProgressTrial out = arm_trial(arm, {}, q, clear_of(arm->solids(), X_WS, all, 30), gap);
+  // A hand holds its last link.
   if (is_held) {
     ArmHandStiffness hand;
     hand.link = arm->links().back().name;
@@ -206,6 +215,7 @@ ProgressTrial random_arm_trial(double rate, double gap, bool is_held, Random& ra
     out.world->set_hand(out.arm, hand);
     out.model->hold(hand);
   }
+  // Five spells of random joint rates, within the limits.
   std::vector<std::vector<double>> ways(5, std::vector<double>(values));
   for (auto& way : ways)
     for (double& change : way) change = random.uniform(-6.0, 6.0) / rate;

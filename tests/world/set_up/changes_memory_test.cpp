@@ -124,6 +124,7 @@ TEST(WorldChanges, TakeUpSetUpAnewWhereMemoryEnded) {
   bool is_taken_up = false;
   for (std::size_t after = 0; !is_taken_up; ++after) {
     ASSERT_LT(after, 5000u);
+    // Changes of each kind wait for the next frame.
     const auto world = make_world();
     std::vector<ObjectHandle> boxes;
     for (int i = 0; i < 4; ++i)
@@ -133,6 +134,7 @@ TEST(WorldChanges, TakeUpSetUpAnewWhereMemoryEnded) {
     world->remove(boxes[3]);
     world->exempt({boxes[0], boxes[1]});
     world->exempt({boxes[0], added});
+    // Memory ends somewhere while they are taken up, and is there again.
     try {
       const FailingAllocation failing(after);
       world->prepare();
@@ -140,6 +142,7 @@ TEST(WorldChanges, TakeUpSetUpAnewWhereMemoryEnded) {
     } catch (const std::bad_alloc&) {
       world->prepare();
     }
+    // Exempt twice, a pair would still pass here.
     world->unexempt({boxes[0], boxes[1]});
     world->unexempt({boxes[0], added});
     for (const Vector3& there : {Vector3(2, 0, 0), Vector3(0, 5, 0)}) {

@@ -195,6 +195,7 @@ class Script {
   std::vector<Edit> draw_edits() {
     touched_.clear();
     std::vector<Edit> out;
+    // No edits in half of the frames, up to four in the others.
     if (random_.one_in(2)) return out;
     for (std::uint32_t left = 1 + random_.below(4); left > 0; --left) {
       switch (random_.below(10)) {

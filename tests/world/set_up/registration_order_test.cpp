@@ -50,6 +50,7 @@ struct Registered {
 TEST(RegistrationOrder, DoesNotShowInLatchedChains) {
   int slid = 0;
   for (std::uint64_t seed = 1; seed <= 25; ++seed) {
+    // The same chains in two orders.
     Random random(seed);
     const Setting setting(random);
     std::vector<int> order(setting.solids.size());
@@ -58,6 +59,7 @@ TEST(RegistrationOrder, DoesNotShowInLatchedChains) {
     for (std::uint32_t i = static_cast<std::uint32_t>(order.size()) - 1; i > 0; --i)
       std::swap(order[i], order[random.below(i + 1)]);
     Registered second(setting, order);
+    // The same commands, in either order.
     for (int frame = 0; frame < 8; ++frame) {
       std::vector<MotionCommand> commands, again;
       for (int i = 0; i < kMovers; i += kChain) {
@@ -68,6 +70,7 @@ TEST(RegistrationOrder, DoesNotShowInLatchedChains) {
       slid += first.world->frame(commands).slide_steps > 0;
       std::reverse(again.begin(), again.end());
       second.world->frame(again);
+      // The same poses.
       for (int i = 0; i < kMovers; ++i)
         ASSERT_TRUE(
             is_same(first.world->actual_pose(first.objects[i]), second.world->actual_pose(second.objects[i])))

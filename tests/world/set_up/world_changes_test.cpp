@@ -45,6 +45,7 @@ class Twins {
 
   void change() {
     const ObjectHandle a = any(), b = any();
+    // One of all changes, where there is something to change.
     switch (random_.below(16)) {
       case 0:
       case 1:
@@ -92,6 +93,7 @@ class Twins {
   }
 
   void fly(int frame) {
+    // Commands at random.
     std::vector<MotionCommand> commands;
     for (const ObjectHandle& object : objects)
       if (random_.below(3) == 0)
@@ -103,9 +105,11 @@ class Twins {
     }
     std::vector<JointCommand> joints;
     for (std::size_t i = 0; i < arms.size(); ++i) joints.push_back({arms[i], values[i]});
+    // One world goes on; the other's backends are new.
     worlds[1]->set_broadphase(make_native_broadphase());
     worlds[1]->set_narrowphase(make_native());
     const FrameReport one = worlds[0]->frame(commands, joints), other = worlds[1]->frame(commands, joints);
+    // Poses and events have the same bits.
     for (const MechanismHandle arm : arms)
       ASSERT_EQ(joints_of(*worlds[0], arm), joints_of(*worlds[1], arm)) << "frame " << frame;
     for (const ObjectHandle& object : objects)
@@ -321,6 +325,7 @@ class CountsMoved final : public Broadphase {
 // Of many objects the few that moved stand where they began, what they touched is reported anew, and what was
 // carried is free.
 TEST(WorldChanges, OfResetsTouchWhatMoved) {
+  // A row of boxes, of which one moves into its neighbour and two are latched.
   const auto moved = std::make_shared<std::size_t>(0);
   const auto world = make_world();
   world->set_broadphase(std::make_unique<CountsMoved>(moved));
@@ -331,12 +336,14 @@ TEST(WorldChanges, OfResetsTouchWhatMoved) {
   world->frame({});
   world->latch(boxes[5], boxes[6]);
   const MotionCommand command = world->move_by(boxes[3], {0.5, 0, 0}, {0, 0, 0});
+  // The same frame three times, each after a reset.
   for (int run = 0; run < 3; ++run) {
     const FrameReport report = world->frame({&command, 1});
     ASSERT_EQ(report.blocked_movers, 1u) << run;
     EXPECT_EQ(kinds(report), (std::vector{EventKind::blocked, EventKind::began})) << run;
     world->frame({});
     world->reset();
+    // The reset has moved those few alone.
     EXPECT_TRUE(world->solid_poses(boxes[0]).empty());
     *moved = 0;
     EXPECT_TRUE(world->frame({}).events.empty()) << run;

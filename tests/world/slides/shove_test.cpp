@@ -448,6 +448,7 @@ TEST(Shove, NothingMerges) {
   const auto exact = registry.make_narrowphase("exact");
   int went_along = 0;
   for (std::uint64_t seed = 100; seed < 125; ++seed) {
+    // A heap, and `exact` for its poses on the way.
     Heap heap(seed, false);
     exact->build(heap.solids);
     const auto workspace = exact->make_workspace();
@@ -459,6 +460,7 @@ TEST(Shove, NothingMerges) {
     Random random(seed);
     heap.world->frame({});
     if (!look(0, 0.0)) continue;  // overlaps from the start
+    // What nobody commands goes along from where it was.
     for (int frame = 0; frame < 10; ++frame) {
       std::array<Vector3, kAll> before;
       for (int i = 0; i < kAll; ++i) before[i] = heap.world->actual_pose(heap.objects[i]).p;
@@ -467,6 +469,7 @@ TEST(Shove, NothingMerges) {
         went_along += before[i] != heap.world->actual_pose(heap.objects[i]).p;
         ASSERT_EQ(heap.world->executed_pose(heap.objects[i], 0, 0.0).p, before[i]);
       }
+      // Nothing overlaps within the frame.
       for (std::size_t part = 0; part < heap.world->executed_parts(); ++part)
         for (const double s : {0.25, 0.5, 0.75, 1.0})
           ASSERT_TRUE(look(part, s)) << "seed " << seed << " frame " << frame << " part " << part << " s "
@@ -483,6 +486,7 @@ TEST(Shove, NothingMergesThatArmsTakeAlong) {
   const auto exact = registry.make_narrowphase("exact");
   int went_along = 0, slid = 0;
   for (std::uint64_t seed = 200; seed < 260; ++seed) {
+    // A heap about an arm, and `exact` for its poses on the way.
     ArmHeap heap(seed, false);
     exact->build(heap.solids);
     const auto workspace = exact->make_workspace();
@@ -495,6 +499,7 @@ TEST(Shove, NothingMergesThatArmsTakeAlong) {
     Random random(seed);
     heap.world->frame({});
     if (!look(0, 0.0)) continue;  // overlaps from the start
+    // What the arm meets goes along from where it was.
     for (int frame = 0; frame < 10; ++frame) {
       std::array<Vector3, kParts> before;
       for (int i = 0; i < kParts; ++i) before[i] = heap.world->actual_pose(heap.objects[i]).p;
@@ -503,6 +508,7 @@ TEST(Shove, NothingMergesThatArmsTakeAlong) {
         went_along += before[i] != heap.world->actual_pose(heap.objects[i]).p;
         ASSERT_LT(norm(heap.world->executed_pose(heap.objects[i], 0, 0.0).p - before[i]), 1e-14);
       }
+      // Nothing overlaps within the frame.
       for (std::size_t part = 0; part < heap.world->executed_parts(); ++part)
         for (const double s : {0.25, 0.5, 0.75, 1.0})
           ASSERT_TRUE(look(part, s)) << "seed " << seed << " frame " << frame << " part " << part << " s "

@@ -324,6 +324,7 @@ TEST(Slide, TiltsOverAnEdge) {
 }
 
 TEST(Slide, PressingAndSlidingForLongKeepsTheGap) {
+  // A box in a corner of three walls.
   CornerRoom room;
   BackendRegistry registry;
   const auto native = make_native();
@@ -334,11 +335,13 @@ TEST(Slide, PressingAndSlidingForLongKeepsTheGap) {
   double least = 1.0;
   int in_contact = 0;
   Steps steps;
+  // It is pressed into the corner and along it.
   for (int i = 0; i < 10000; ++i) {
     const double a = 0.01 * i;
     const Vector3 along(0.01 * std::cos(a), 0.013 * std::sin(1.3 * a), -0.004 - 0.003 * std::sin(0.7 * a));
     const Vector3 turn(0.002 * std::sin(0.3 * a), 0.003 * std::cos(0.2 * a), 0.005 * std::sin(0.1 * a));
     steps.add(room.world->frame(std::array{room.world->move_by(room.box, along, turn)}));
+    // Its distance to each wall.
     const std::array poses{at(0, 0, -0.5), at(2.5, 0, 2), at(0, 2.5, 2), room.world->actual_pose(room.box)};
     for (SolidIndex k = 0; k < 3; ++k) {
       const SolidPair pair{k, 3};
@@ -358,16 +361,19 @@ TEST(Slide, PressingAndSlidingForLongKeepsTheGap) {
 
 // The distance to the goal, on samples of every executed part.
 TEST(Slide, DistanceToTheGoalNeverGrows) {
+  // Distance by the box's mass: of its centre and of its turn.
   CornerRoom room;
   const MassMetric metric = mass_metric(mass_moments(Hexahedron::from_size({0.6, 0.5, 0.4})));
   int slid = 0;
   double worst = 0;
+  // Commands into the corner.
   for (int i = 0; i < 600; ++i) {
     const double a = 0.05 * i;
     const MotionCommand command =
         room.world->move_by(room.box, {0.03 * std::cos(a), 0.03 * std::sin(1.3 * a), -0.02},
                             {0.02 * std::sin(0.3 * a), 0.03 * std::cos(0.2 * a), 0.05 * std::sin(0.1 * a)});
     slid += room.world->frame(std::array{command}).slide_steps > 0;
+    // Along all that a frame executes it gets no larger.
     double before = kInfinity;
     for (std::size_t part = 0; part < room.world->executed_parts(); ++part) {
       for (int k = 0; k <= 8; ++k) {
@@ -388,6 +394,7 @@ TEST(Slide, DistanceToTheGoalNeverGrows) {
 // Movers that slide past each other, whichever is registered first.
 TEST(Slide, RegistrationOrderDoesNotShow) {
   std::array<std::vector<Pose>, 2> poses;
+  // Five objects, added in order or in reverse.
   for (const bool reversed : {false, true}) {
     const auto world = make_world();
     world->set_default_rule(slide_rule());
@@ -402,6 +409,7 @@ TEST(Slide, RegistrationOrderDoesNotShow) {
       else
         h[i] = world->add({box_tree(names[i], {1, 0.9, 0.8}), at(-2 + 1.3 * i, 0.1 * i, 0.45)});
     }
+    // Commands in the same order.
     for (int frame = 0; frame < 40; ++frame) {
       const std::array commands{world->move_by(h[0], {0.09, 0.02, -0.03}, {0.01, 0, 0.02}),
                                 world->move_by(h[2], {-0.03, 0, -0.02}, {0.01, 0.02, 0}),
@@ -410,6 +418,7 @@ TEST(Slide, RegistrationOrderDoesNotShow) {
       for (int i = 0; i < 3; ++i) poses[reversed].push_back(world->actual_pose(h[i]));
     }
   }
+  // The same bits.
   for (std::size_t i = 0; i < poses[0].size(); ++i) {
     ASSERT_TRUE(poses[0][i].p == poses[1][i].p && poses[0][i].R == poses[1][i].R)
         << "frame " << i / 3 << " box " << i % 3 << ": off by " << norm(poses[0][i].p - poses[1][i].p);
