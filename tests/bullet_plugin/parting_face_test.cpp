@@ -36,7 +36,7 @@ TEST(TOUCHSTONE_SUITE, WhatAFacePartsIsApart) {
     const btScalar reach = a.getHalfExtentsWithMargin()[axis] + b.getHalfExtentsWithMargin()[axis];
     const btTransform X_b(i % 2 == 0 ? turn : rotation(),
                           X_a.getOrigin() + X_a.getBasis().getColumn(axis) * (reach + to_engine(gap)));
-    // What the face parts, and what the exact class is.
+    // Whether the face parts them, and their exact class.
     PartingFace face;
     const bool is_parted = face.parts(X_a, a.getHalfExtentsWithMargin(), X_b, b.getHalfExtentsWithMargin());
     native::PairAnswer answer;

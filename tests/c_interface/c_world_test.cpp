@@ -263,7 +263,7 @@ struct TwoWorlds {
     }
     const FrameReport report = cpp->frame(commands);
     c.frame(c_commands);
-    // What was cut off and what hands feel.
+    // Movers that were cut off, and forces at hands.
     const touchstone_object* cut = nullptr;
     const touchstone_feel* felt = nullptr;
     std::size_t cuts = 99, feels = 99;

@@ -283,7 +283,7 @@ TEST(DynamicsFile, BadJointsAreNamedWithFileAndLine) {
   EXPECT_EQ(error_in_joint(good + ", drive: {brake: -3}"), joint + "drive: brake: must be >= 0");
   EXPECT_EQ(error_in_joint(good + ", drive: {rate: 1, torque: 2}"),
             joint + "drive: expected one of torque, rate, brake, position");
-  // What it joins, and its axis.
+  // Its objects and its axis.
   EXPECT_EQ(error_in_joint("kind: revolute, child: z, position: [0, 0, 0], axis: [0, 0, 1]"),
             joint + "child: the scene has no object 'z'");
   EXPECT_EQ(error_in_joint("kind: revolute, child: a, parent: a, position: [0, 0, 0], axis: [0, 0, 1]"),

@@ -64,7 +64,7 @@ void measure(double seconds, const std::vector<std::string>& options) {
     throw std::runtime_error("no picture was drawn");
   browser.evaluate(kWatch);
   browser.wait(seconds);
-  // What the page measured.
+  // Figures that the page kept.
   const nlohmann::json found = browser.evaluate(
       "(async () => { const {latency, pace} = touchstoneStation; "
       "const {deadline, sum_less_input_to_drawn_us: apart} = await (await fetch('/latency.json')).json(); "

@@ -168,7 +168,7 @@ void print_row(const Setting& setting, int starts, Sum& sum) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // What is asked for.
+  // Arguments.
   const int starts = argc > 1 ? std::atoi(argv[1]) : 5, cubes = argc > 2 ? std::atoi(argv[2]) : 10;
   if (starts < 1 || cubes < 1) {
     std::fprintf(stderr, "usage: bullet_creep_benchmark [STARTS [CUBES [SIZE_M ...]]]\n");

@@ -172,7 +172,7 @@ int run(const char* name, const ConfigurationScene& scene, double share, int cou
 
 int main(int argc, char** argv) {
   using namespace touchstone;
-  // What is asked for.
+  // Arguments.
   const int count = argc > 1 ? std::atoi(argv[1]) : 2000;
   const std::uint64_t seed = argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 1;
   if (count <= 0) {

@@ -99,7 +99,7 @@ void print_fcl_check() {
        kIndep, ask_after_others);
   both("poses and CCDM_TRANS, GST_INDEP, y = 0", "y = 0.3", kIndep, ask_by_poses<fcl::CCDM_TRANS>);
   both("poses and CCDM_SCREW, GST_INDEP, y = 0", "y = 0.3", kIndep, ask_by_poses<fcl::CCDM_SCREW>);
-  // What the rows show.
+  // Remarks on the rows.
   std::printf(
       "\nMotions that continuousCollide() makes of poses and CCDM_LINEAR have no reference point: "
       "InterpMotion(tf1, tf2) leaves it as the\nheap had it, and its answers depend on what was asked before "

@@ -76,7 +76,7 @@ constexpr const char* kPlaced = "all vertices of both are placed before any coor
 
 /// Goals for pairs.
 const std::vector<Goal>& pair_goals() {
-  // What several rows ask [ns].
+  // Limits that several rows share [ns].
   static const std::vector<Asked> kFlushAsked = {
       {Of::cold, 400}, {Of::hot_p99, 1500}, {Of::hot_worst, 5000}, {Of::cold_worst, 5000}};
   static const std::vector<Asked> kPeersAsked = {{Of::hot, kFastestPeer}, {Of::cold, kFastestPeer}};

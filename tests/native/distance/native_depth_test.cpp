@@ -295,7 +295,7 @@ TEST(NativeDepthKernels, EveryInstructionSetGivesTheGenericBits) {
 }
 
 /// Three closed forms and the scalar code: within 16 u of the extent of one another, and certificates right.
-TEST(NativeDepthKernels, AgreeWithTheScalarRoadWhereTheyAnswer) {
+TEST(NativeDepthKernels, AgreeWithTheScalarCodeWhereTheyAnswer) {
   const PosedSolids set = hard_pairs(5, 4000);
   const DepthOf depth{set};
   const native::Kernels& kernels = native::kernels();
@@ -399,7 +399,7 @@ TEST(NativeDepthKernels, PassOverNoEdgeThatHasTheDepth) {
   EXPECT_GT(bent, 300);
 }
 
-TEST(NativeDepthKernels, LeaveDoubtfulParallelEdgesToTheScalarRoad) {
+TEST(NativeDepthKernels, LeaveDoubtfulParallelEdgesToTheScalarCode) {
   // Edges that cross at `angle`, B's below A's by `depth` where they cross: the sliver facet is the nearest.
   for (const int exponent : {-5, -12, -20, -30, -40}) {
     const double angle = std::ldexp(1.0, exponent);

@@ -318,7 +318,7 @@ native::Manifold by_scalar_code(const PairOfSolids& pair, const PairGeometry& ge
 }
 
 // The lanes' kernel clips parallelograms by their centres and half edges; scalar code clips any polygons.
-TEST(NativeManifoldAccuracy, KernelFindsThePointsAndIdsOfTheScalarRoad) {
+TEST(NativeManifoldAccuracy, KernelFindsThePointsAndIdsOfTheScalarCode) {
   Random random(27);
   int pairs = 0, points = 0;
   for (int i = 0; i < 3000; ++i) {

@@ -68,7 +68,7 @@ Worlds vertices_of(const Flush& set, const SolidPair& pair) {
   return out;
 }
 
-TEST(NativeFlush, ClassesAreExactAndDepthsTheScalarRoads) {
+TEST(NativeFlush, ClassesAreExactAndDepthsThoseOfScalarCode) {
   for (const bool is_aligned : {true, false}) {
     const Flush set = flush_pairs(is_aligned ? 1 : 2, 3000, is_aligned);
     const native::SolidSet data = native::make_solid_set(set.solids);

@@ -466,7 +466,7 @@ TEST(WorldJoints, WhatIsNoJointIsRefused) {
   DynamicsWorld world = world_in(kZero);
   const auto a = add_box(world, 1, {1, 1, 1}, at(kZero)), b = add_box(world, 1, {1, 1, 1}, at({1, 0, 0}));
   const auto commanded = world.add_kinematic({}, kZero, kZero);
-  // What the error says of a changed joint.
+  // The error of a joint that was changed so.
   const auto refused = [&](auto change) {
     WorldJoint joint = joint_at(world, BodyJointKind::hinge, Mover::of_body(a), Mover::of_body(b), at(kZero));
     change(joint);

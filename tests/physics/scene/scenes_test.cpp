@@ -130,7 +130,7 @@ TEST(Scene8, FreeArmPushesWithItsEffectiveMass) {
   const Mechanism mechanism = planar(std::array{kReach});
   const MechanismDynamics dynamics(mechanism, std::vector<BodyInertia>{{}, straight_arm()});
   const RigidBody oru(box_inertia(kOruMass, {0.525, 0.525, 0.525}), "ORU");
-  // What it gives to a box at its tip, without and with a bounce.
+  // Speeds after it hits a box with its tip, without and with a bounce.
   for (const double e : {0.0, 0.5}) {
     DynamicsWorld world({});
     const auto arm = world.add_mechanism(dynamics, {}, std::array{0.0}, std::array{0.37 / kReach});

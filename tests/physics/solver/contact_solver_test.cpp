@@ -89,7 +89,7 @@ void solve_random_sets(double mu, int count) {
     const std::size_t allocations = allocation_count();
     const SolveReport report = solver.solve(problem, x);
     EXPECT_EQ(allocation_count(), allocations);
-    // What the report says is so; the laws hold where it is solved.
+    // The residual is as reported; the laws hold where it is small.
     const double residual = natural_residual(problem, x, u);
     EXPECT_LT(std::abs(residual - report.residual), 1e-9 + 1e-9 * residual);
     worst = std::max(worst, residual);

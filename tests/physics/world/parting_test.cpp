@@ -1,4 +1,4 @@
-// What overlaps is parted slowly and without momentum; what rests goes to sleep.
+// Overlap is parted slowly and without momentum; bodies at rest go to sleep.
 
 #include <gtest/gtest.h>
 

@@ -159,7 +159,7 @@ TEST(ByteDecoder, GivesAllKindsOfPairs) {
   int decoded = 0, boxes = 0, warped = 0, overlapping = 0, tiny = 0, turned = 0;
   const auto native = make_native();
   for (std::uint64_t seed = 0; seed < 2000; ++seed) {
-    // What random bytes make.
+    // Kinds of solids that random bytes make.
     const auto solids = decode_pair(random_bytes(seed));
     if (!solids) continue;
     ++decoded;

@@ -121,7 +121,7 @@ DynamicScene pushing(std::size_t steps) {
   scene.mechanisms.push_back(
       {"arm",
        {turning("shoulder", kNoObject, 1, {0, 0, 0.2}, 0.6), turning("elbow", 1, 2, {1.0, 0, 0.2}, 0.4)}});
-  // What it pushes, what lies on it, and a tool that comes.
+  // A block that it pushes, a load that lies on it, and a tool that comes.
   const Vector3 size(0.3, 0.3, 0.3);
   add_box(scene, "block", size, placed({1.5, 0.3, 0.15}, {0, 0, 0.2}), free_box(size, kAtRest, kAtRest));
   add_box(scene, "load", {0.1, 0.1, 0.1}, placed({1.4, 0, 0.32}, {0.2, 0.1, 0}),

@@ -77,7 +77,7 @@ class Findings {
     tally.separated += *settled.pair_class == PairClass::separated;
     tally.touching += *settled.pair_class == PairClass::touching;
     tally.penetrating += *settled.pair_class == PairClass::penetrating;
-    // What is wrong with it: class, or the separation's sign.
+    // A fault of the class, or of the separation's sign.
     const bool contact = *settled.pair_class != PairClass::separated;
     const PairStatus right = contact ? PairStatus::overlapping : PairStatus::separated;
     const bool wrong = overlap != right || distance != right;

@@ -95,7 +95,7 @@ struct ArmScene {
 #ifdef TOUCHSTONE_HAS_EXACT
     BackendRegistry registry;
     register_exact(registry);
-    // What was added since is built, too.
+    // Solids added since the last call are built, too.
     if (built_ != solids.size()) {
       exact_ = registry.make_narrowphase("exact");
       exact_->build(solids);

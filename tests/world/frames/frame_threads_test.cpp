@@ -429,7 +429,7 @@ std::vector<Vector3> slide_through(std::size_t threads, const SlideBudget& budge
     boxes.push_back(world->add(
         {box_tree("box " + std::to_string(i), {0.3, 0.4, 0.5}), at(p.x(), p.y(), p.z()), false, {}}));
   }
-  // What hands feel, and where boxes are.
+  // Forces at hands, and where boxes are.
   std::vector<Vector3> out;
   for (int frame = 0; frame < 4; ++frame) {
     std::vector<MotionCommand> commands;

@@ -124,7 +124,7 @@ SelectedRun fly_selected(int frames, std::size_t room, const SelectedRun* replay
     for (const SelectionChange& change : report.selections) run.kept.push_back({report.frame, change});
     run.refused += report.refused_selections.size();
   }
-  // What was allocated once warm, recorded, and where cubes are.
+  // Allocations once warm, records, and where cubes are.
   run.allocations = allocation_count() - before;
   run.recorded = world->selection_record().size(), run.left_out = world->selections_left_out();
   for (const ObjectHandle cube : cubes) run.ends.push_back(world->actual_pose(cube));

@@ -255,7 +255,7 @@ TEST(ObjectTable, AddsAWholeObjectOrNothingWhereMemoryEnds) {
   }
 }
 
-// What a reset changes is noted, and carried objects are free, wherever memory ends.
+// A reset notes its changes and frees carried objects, wherever memory ends.
 TEST(ObjectTable, ResetsAsAWholeWhereMemoryEnds) {
   bool is_reset = false;
   for (std::size_t after = 0; !is_reset; ++after) {

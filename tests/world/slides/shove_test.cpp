@@ -460,7 +460,7 @@ TEST(Shove, NothingMerges) {
     Random random(seed);
     heap.world->frame({});
     if (!look(0, 0.0)) continue;  // overlaps from the start
-    // What nobody commands goes along from where it was.
+    // Boxes that nobody commands go along from where they were.
     for (int frame = 0; frame < 10; ++frame) {
       std::array<Vector3, kAll> before;
       for (int i = 0; i < kAll; ++i) before[i] = heap.world->actual_pose(heap.objects[i]).p;
@@ -499,7 +499,7 @@ TEST(Shove, NothingMergesThatArmsTakeAlong) {
     Random random(seed);
     heap.world->frame({});
     if (!look(0, 0.0)) continue;  // overlaps from the start
-    // What the arm meets goes along from where it was.
+    // Boxes that the arm meets go along from where they were.
     for (int frame = 0; frame < 10; ++frame) {
       std::array<Vector3, kParts> before;
       for (int i = 0; i < kParts; ++i) before[i] = heap.world->actual_pose(heap.objects[i]).p;
