@@ -13,10 +13,10 @@
 
 namespace touchstone::station {
 
-inline constexpr std::uint32_t kOurs = 1U << static_cast<unsigned>(MethodKind::ours),
-                               kUnchecked = 1U << static_cast<unsigned>(MethodKind::unchecked);
+inline constexpr std::uint32_t kUnchecked = 1U << static_cast<unsigned>(MethodKind::unchecked);
 inline constexpr double kRate = 50.0, kDegree = std::numbers::pi / 180.0;
-using Kind = Control::Kind;
+inline constexpr double kTop = 0.3058;        // of the ORU where it stands, 1 mm above its slot's floor [m]
+inline constexpr double kOver = kTop + 0.06;  // of the tip over the ORU: jaws around the stem [m]
 
 /// A hand that flies by what it sees, along the world's axes; `exact` judges every frame of ours.
 struct Pilot {

@@ -16,9 +16,6 @@
 namespace touchstone::station {
 namespace {
 
-constexpr std::uint32_t kOurs = 1U << static_cast<unsigned>(MethodKind::ours);
-using Kind = Control::Kind;
-
 /// Along the world's axes: the camera's right, up and backwards are them.
 Control world_axes() {
   return {Kind::frame_of_command, true, static_cast<std::uint32_t>(CommandFrame::camera)};

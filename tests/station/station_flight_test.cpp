@@ -17,8 +17,6 @@
 namespace touchstone::station {
 namespace {
 
-constexpr std::uint32_t kOurs = 1U << static_cast<unsigned>(MethodKind::ours);
-
 /// Some hand of which no two seconds are alike.
 HandInput wandering(std::uint64_t frame) {
   const double t = static_cast<double>(frame % 97) / 97.0;

@@ -9,11 +9,8 @@
 namespace touchstone::station {
 namespace {
 
-constexpr double kTop = 0.3058;        // of the ORU where it stands, 1 mm above its slot's floor [m]
-constexpr double kOver = kTop + 0.06;  // of the tip over the ORU: jaws around the stem [m]
-
 /// Who exchanges an ORU.
-struct Forces : ForcesPilot {
+struct OruPilot : ForcesPilot {
   using ForcesPilot::ForcesPilot;
 
   void take_oru(double x, double y) {
@@ -45,7 +42,7 @@ HandInput downwards(double rate) {
 }
 
 TEST(StationForces, TheOtcmExchangesAnOru) {
-  Forces pilot("otcm");
+  OruPilot pilot("otcm");
   pilot.take_oru(0.0, 0.0);
   EXPECT_TRUE(pilot.is_done(0));
   EXPECT_GT(pilot.figures().largest_force, 10.0) << "jaws press";
@@ -55,7 +52,7 @@ TEST(StationForces, TheOtcmExchangesAnOru) {
 }
 
 TEST(StationForces, OneArmOfTheSpdmSteadiesWhileTheOtherExchanges) {
-  Forces pilot("spdm");
+  OruPilot pilot("spdm");
   ASSERT_TRUE(pilot.set({Kind::tip, true, 1}).done);
   ASSERT_TRUE(pilot.fly_to({-0.9, 0.9, kOver + 0.2}));
   ASSERT_TRUE(pilot.fly_to({-0.9, 0.9, kOver}, 0.05));
@@ -71,7 +68,7 @@ TEST(StationForces, OneArmOfTheSpdmSteadiesWhileTheOtherExchanges) {
 
 /// Rails of 1 kN against joints of 2.3 kN m at the end of a long arm: the arm gives way.
 TEST(StationForces, ThePanelBendsAnArmThatIsMovedIntoIt) {
-  Forces pilot("mobile_transporter");
+  OruPilot pilot("mobile_transporter");
   const double shoulder = pilot.joint("shoulder_pitch"), elbow = pilot.joint("elbow_pitch");
   EXPECT_FALSE(pilot.drive("rail", 3.0, 60.0));
   EXPECT_GT(pilot.figures().largest_force, 100.0);
@@ -83,7 +80,7 @@ TEST(StationForces, ThePanelBendsAnArmThatIsMovedIntoIt) {
 }
 
 TEST(StationForces, AFoldedArmGoesAlongTheTruss) {
-  Forces pilot("mobile_transporter");
+  OruPilot pilot("mobile_transporter");
   pilot.drive("shoulder_pitch", -85.0 * kDegree, 30.0);
   pilot.drive("elbow_pitch", 170.0 * kDegree, 30.0);
   pilot.drive("rail", 3.0, 140.0);
@@ -95,7 +92,7 @@ TEST(StationForces, AFoldedArmGoesAlongTheTruss) {
 }
 
 TEST(StationForces, TheFixturePressesBackOnAMouthThatMissesIt) {
-  Forces pilot("grapple");
+  OruPilot pilot("grapple");
   for (int frame = 0; frame < 150; ++frame) pilot.step(downwards(0.5));
   EXPECT_GT(pilot.figures().largest_force, 10.0);
   EXPECT_GT(pilot.blocked, 0);
@@ -104,7 +101,7 @@ TEST(StationForces, TheFixturePressesBackOnAMouthThatMissesIt) {
 }
 
 TEST(StationForces, AnOruGoesIntoItsGuideAndIsPressedByItsRim) {
-  Forces pilot("oru_into_guide");
+  OruPilot pilot("oru_into_guide");
   ASSERT_TRUE(
       pilot.flight().ours().formation().carrier[find_object(pilot.scenes[0]->setting.scene(), "oru")] !=
       training::kNone);
@@ -124,7 +121,7 @@ TEST(StationForces, AnOruGoesIntoItsGuideAndIsPressedByItsRim) {
 }
 
 TEST(StationForces, TheLabPressesBackOnAnElbow) {
-  Forces pilot("elbow_over_lab");
+  OruPilot pilot("elbow_over_lab");
   for (int frame = 0; frame < 200; ++frame) pilot.step(downwards(0.5));
   EXPECT_GT(pilot.figures().largest_force, 10.0);
   EXPECT_GT(pilot.pose_of("ssrms.lower_boom").p.z(), 0.0);
@@ -134,7 +131,7 @@ TEST(StationForces, TheLabPressesBackOnAnElbow) {
 
 TEST(StationForces, StepsThatGripAllocateNothing) {
   if (!measures::thread_allocations()) GTEST_SKIP() << "not counted here";
-  Forces pilot("spdm");
+  OruPilot pilot("spdm");
   pilot.take_oru(-0.9, -0.5);
   HandInput hand;
   hand.translation = {0.2, 0.3, 0.1};
@@ -148,7 +145,7 @@ TEST(StationForces, StepsThatGripAllocateNothing) {
 }
 
 TEST(StationForces, AFlightThatGripsReplaysToTheSameBits) {
-  Forces pilot("otcm");
+  OruPilot pilot("otcm");
   pilot.take_oru(0.0, 0.0);
   ASSERT_TRUE(pilot.fly_to({0.0, 0.0, kOver + 0.2}, 0.05));
   station::Recording recording;

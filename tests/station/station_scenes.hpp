@@ -6,6 +6,9 @@
 
 namespace touchstone::station {
 
+inline constexpr std::uint32_t kOurs = 1U << static_cast<unsigned>(MethodKind::ours);
+using Kind = Control::Kind;
+
 /// Bundled scenes at 50 Hz.
 inline StationScenes bundled(const std::vector<std::string>& names, double rate = 50.0) {
   StationScenes scenes;

@@ -15,9 +15,6 @@
 namespace touchstone::station {
 namespace {
 
-constexpr double kTop = 0.3058;        // of the ORU where it stands, 1 mm above its slot's floor [m]
-constexpr double kOver = kTop + 0.06;  // of the tip over the ORU: jaws around the stem [m]
-
 /// Both jaws on the ORU of the scene, and latched.
 void take_oru(Pilot& pilot, double x, double y) {
   ASSERT_TRUE(pilot.fly_to({x, y, kOver + 0.2}));
