@@ -1,4 +1,4 @@
-"""Builds touchstone._core with CMake. Options for it: CMAKE_ARGS="-D TOUCHSTONE_WITH_BULLET=OFF ..." pip install ./adapters/python"""
+"""Builds touchstone._core with CMake. Options for it: CMAKE_ARGS="-D TOUCHSTONE_WITH_BULLET=OFF ..." pip install ."""
 
 import os
 import pathlib
@@ -17,7 +17,7 @@ PROJECT = HERE.parent.parent
 def version():
     found = re.search(r"project\(touchstone VERSION ([\d.]+)", (PROJECT / "CMakeLists.txt").read_text())
     if found is None:
-        raise SystemExit("touchstone: install from a checkout: pip install ./adapters/python")
+        raise SystemExit("touchstone: install from a checkout: pip install .")
     return found.group(1)
 
 
