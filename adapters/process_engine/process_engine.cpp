@@ -24,8 +24,8 @@ namespace touchstone {
 namespace process_engine {
 namespace {
 
-/// Time limits that one question may take in all: an engine that gives a byte now and then is ended, too.
-constexpr int kLimitsOfAQuestion = 30;
+/// The time limits of a question that do not count to those of all.
+constexpr double kFreeLimits = 0.06;
 /// Failures in a row without an answer after which an engine is given up, in what one workspace may take.
 constexpr int kWorkspacesInVain = 4;
 
@@ -82,6 +82,19 @@ struct Engine {
   mutable std::atomic<int> failures_in_vain = 0;
   mutable std::atomic<bool> is_given_up = false;
 
+  /// Of all workspaces [ns], beyond kFreeLimits a question.
+  mutable std::atomic<std::int64_t> waited = 0;
+
+  std::chrono::milliseconds of_a_question() const {
+    return options.limits_of_a_question * options.time_limit;
+  }
+  bool has_used_its_time() const {
+    return std::chrono::nanoseconds(waited) > options.limits_in_all * options.time_limit;
+  }
+  void count_question(std::chrono::nanoseconds took) const {
+    const auto beyond = took - std::chrono::duration<double, std::nano>(kFreeLimits * options.time_limit);
+    if (beyond.count() > 0.0) waited += static_cast<std::int64_t>(beyond.count());
+  }
   int most_in_vain() const { return kWorkspacesInVain * (options.max_restarts + 1); }
   /// An engine that hangs whatever it is asked would cost each workspace its restarts, minutes each. It stays
   /// given up, whatever processes that still run answer. Starts and questions under way count for nothing.
@@ -118,7 +131,7 @@ class Connection final : public Narrowphase::Workspace {
     while (at < all.size()) {
       const std::size_t most = at < one_by_one_until ? 1 : engine_->protocol->largest_question();
       const auto part = all.subspan(at, std::min(most, all.size() - at));
-      if (!is_running(solids)) return give_up(all.subspan(at), output);
+      if (engine_->has_used_its_time() || !is_running(solids)) return give_up(all.subspan(at), output);
       // A part without a failure is done.
       const auto [answered, failure] = ask_part({input, part, ++batch_}, output);
       at += answered;
@@ -184,12 +197,16 @@ class Connection final : public Narrowphase::Workspace {
     std::string_view rest = request_;
     std::string unasked;
     const auto limit = engine_->options.time_limit;
+    const auto in_all = engine_->of_a_question() * (1 + solids.count / engine_->protocol->largest_question());
+    const Clock::time_point last = Clock::now() + in_all;
     while (!rest.empty()) {
       const auto turn = child_->exchange(rest, unasked, 1, limit);
-      if (turn == ChildProcess::Turn::wrote_or_read && unasked.empty()) continue;
-      const std::string how = turn == ChildProcess::Turn::timed_out ? "no move within " + seconds(limit)
-                              : unasked.empty()                     ? child_->end()
-                                                                    : "it writes more than was asked";
+      const bool moves = turn == ChildProcess::Turn::wrote_or_read && unasked.empty();
+      if (moves && Clock::now() <= last) continue;
+      const std::string how = moves                                   ? "not done within " + seconds(in_all)
+                              : turn == ChildProcess::Turn::timed_out ? "no move within " + seconds(limit)
+                              : unasked.empty()                       ? child_->end()
+                                                                      : "it writes more than was asked";
       engine_->tell("failed, " + how + " on taking solids");
       return false;
     }
@@ -203,10 +220,11 @@ class Connection final : public Narrowphase::Workspace {
     request_.clear();
     reply_.clear();
     protocol.write_question(question, request_);
-    const auto limit = engine_->options.time_limit;
+    const Clock::time_point begin = Clock::now();
     std::string failure =
-        converse(*child_, request_, reply_, limit, kLimitsOfAQuestion * limit,
+        converse(*child_, request_, reply_, engine_->options.time_limit, engine_->of_a_question(),
                  [&](const std::string& so_far) { return protocol.wanted(question, so_far); });
+    engine_->count_question(Clock::now() - begin);
     const Decoded decoded = protocol.read_reply(question, reply_, output);
     if (failure.empty() && decoded.problem != nullptr) failure = decoded.problem;
     if (!failure.empty()) return {decoded.answered, failure};
@@ -218,12 +236,16 @@ class Connection final : public Narrowphase::Workspace {
     for (const std::uint32_t i : unasked)
       output.status[i] = PairStatus::failed;  // a reply not believed left more
     if (std::exchange(told_end_, true)) return;
-    const std::string why = has_used_restarts()
-                                ? std::to_string(engine_->options.max_restarts) + " restarts; "
-                                : std::to_string(engine_->most_in_vain()) +
-                                      " failures in a row without an answer, in all workspaces; ";
-    engine_->tell("given up after " + why + std::to_string(unasked.size()) +
+    engine_->tell("given up after " + why_it_ends() + "; " + std::to_string(unasked.size()) +
                   " pairs here and all later ones are failed unasked");
+  }
+
+  std::string why_it_ends() const {
+    if (engine_->has_used_its_time())
+      return seconds(engine_->options.limits_in_all * engine_->options.time_limit) + " in its questions";
+    if (has_used_restarts()) return std::to_string(engine_->options.max_restarts) + " restarts";
+    return std::to_string(engine_->most_in_vain()) +
+           " failures in a row without an answer, in all workspaces";
   }
 
   std::shared_ptr<const Engine> engine_;

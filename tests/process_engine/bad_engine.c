@@ -20,7 +20,6 @@ typedef struct { uint32_t pair, status; touchstone_geometry geometry; } Answer;
 
 static Pair asked[4096];
 static Answer answers[4096];
-static double skipped[24];
 
 static void write_all(const void* bytes, size_t size) {
   fwrite(bytes, 1, size, stdout);
@@ -81,6 +80,18 @@ static void go_wrong(const char* how) {
   if (strcmp(how, "slow") == 0) nanosleep(&(struct timespec){0, 500000000}, NULL); /* then it is right */
   if (strcmp(how, "hang") == 0) for (;;) pause();
   if (strcmp(how, "close") == 0) { fclose(stdout); close(STDOUT_FILENO); for (;;) pause(); }
+}
+
+/* Takes the bytes of solids, a page at a time and every 30 ms where it sips. */
+static int take_solids(uint32_t count, const char* how) {
+  static double page[480]; /* 20 solids */
+  for (uint32_t left = count * 24; left > 0;) {
+    const size_t now = left < 480 ? left : 480;
+    if (strcmp(how, "sips") == 0) nanosleep(&(struct timespec){0, 30000000}, NULL);
+    if (fread(page, sizeof(double), now, stdin) != now) return 1;
+    left -= (uint32_t)now;
+  }
+  return 0;
 }
 
 static unsigned long long field(const char* line, const char* key) {
@@ -147,11 +158,11 @@ int main(int argc, char** argv) {
   if (is_json) return answer_lines(how);
   for (Head head; fread(&head, sizeof head, 1, stdin) == 1;) {
     if (head.kind == 1) {
-      for (uint32_t i = 0; i < head.count; ++i)
-        if (fread(skipped, sizeof skipped, 1, stdin) != 1) return 1;
+      if (take_solids(head.count, how) != 0) return 1;
       continue;
     }
     if (fread(asked, sizeof(Pair), head.count, stdin) != head.count) return 1;
+    if (strcmp(how, "nap") == 0) nanosleep(&(struct timespec){0, 100000000}, NULL);
     uint32_t reply[2] = {head.batch, head.count};
     size_t count = head.count;
     for (uint32_t i = 0; i < head.count; ++i) {

@@ -197,6 +197,50 @@ TEST(ProcessEngine, OneThatNeverAnswersIsGivenUpInAllWorkspaces) {
   EXPECT_EQ(first_status(good), PairStatus::failed);
 }
 
+// Its naps of 0.1 s end the second that it has beyond what is free.
+TEST(ProcessEngine, OneThatSleepsInEveryQuestionIsGivenUp) {
+  std::vector<std::string> told;
+  BackendRegistry registry;
+  const std::string name = register_process_engine(
+      registry, {.command = {BAD_ENGINE, "nap"},
+                 .time_limit = milliseconds(500),
+                 .limits_in_all = 1,
+                 .on_failure = [&](std::string_view what) { told.emplace_back(what); }});
+  const auto narrowphase = registry.make_narrowphase(name);
+  const Row row;
+  narrowphase->build(row.solids);
+  PairStatus last = PairStatus::separated;
+  int asked = 0;
+  while (last == PairStatus::separated && asked < 20) {
+    last = ask(*narrowphase, row.pairs, row.poses, {.kind = QueryKind::distance}).status[0];
+    ++asked;
+  }
+  EXPECT_EQ(last, PairStatus::failed);
+  EXPECT_GT(asked, 2);
+  EXPECT_THAT(told, ElementsAre(HasSubstr("given up after 0.5 s in its questions; 60 pairs here")));
+}
+
+// A million bytes wait in the pipe; the rest is taken 3 840 bytes every 30 ms.
+TEST(ProcessEngine, OneThatTakesItsSolidsBySipsIsEnded) {
+  std::vector<std::string> told;
+  BackendRegistry registry;
+  const std::string name = register_process_engine(
+      registry, {.command = {BAD_ENGINE, "sips"},
+                 .time_limit = milliseconds(200),
+                 .max_restarts = 0,
+                 .limits_of_a_question = 1,
+                 .on_failure = [&](std::string_view what) { told.emplace_back(what); }});
+  const auto narrowphase = registry.make_narrowphase(name);
+  const std::vector<Hexahedron> solids(8000, Hexahedron::from_size({1, 1, 1}));
+  const std::vector<Pose> poses(solids.size());
+  narrowphase->build(solids);
+  const std::vector<SolidPair> pairs{{0, 1}};
+  EXPECT_THAT(ask(*narrowphase, pairs, poses, {.kind = QueryKind::distance}).status,
+              ElementsAre(PairStatus::failed));
+  ASSERT_FALSE(told.empty());
+  EXPECT_THAT(told.front(), HasSubstr("failed, not done within 0.4 s on taking solids"));
+}
+
 // All are started before the first answers, which is twice as often as may be in vain.
 TEST(ProcessEngine, StartsThatAreUnderWayAreNotInVain) {
   std::vector<std::string> told;
