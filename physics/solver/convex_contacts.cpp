@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
-#include "touchstone/physics/solver/contact_laws.hpp"
+#include "touchstone/physics/solver/cone_lanes.hpp"
 #include "touchstone/physics/solver/reserved.hpp"
 
 namespace touchstone::physics {
@@ -53,21 +53,50 @@ constexpr double kStuck = 0.7;
 void ConvexContacts::reserve(std::size_t units, std::size_t rows, std::size_t widest) {
   cholesky_.reserve(units, rows, widest);
   reserve_written(pairs_, rows);
-  reserve_written(body_contacts_, rows / 3);
+  // Of contacts in lanes: each may be alone in its block.
+  const std::size_t contacts = rows / 3, places = BodyContacts::kRows * contacts;
+  reserve_written(body_contacts_, contacts);
   for (auto* vector : {&first_, &first_mass_}) reserve_written(*vector, units + 1);
-  for (auto* vector : {&scale_, &hardness_, &slip_, &anchor_, &asked_, &gamma_, &impulses_, &u_, &du_, &best_,
-                       &anchor_share_})
-    reserve_written(*vector, rows);
+  for (auto* vector : {&place_, &other_rows_}) reserve_written(*vector, rows);
+  for (auto* vector : {&scale_, &hardness_, &slip_, &friction_, &commanded_})
+    reserve_written(*vector, BodyContacts::kLanes * contacts + rows, 2 * rows);
+  reserve_written(anchor_share_, rows);
+  for (auto* vector : {&b_, &anchor_, &asked_, &gamma_, &impulses_, &u_, &du_, &best_})
+    reserve_written(*vector, places + rows, 2 * rows);
   for (auto* vector : {&V_, &step_, &gradient_, &trial_V_}) reserve_written(*vector, units * widest);
   reserve_written(reach_, units * widest);
   reserve_written(blocks_, 6 * widest);
-  for (auto* vector : {&stiffness_, &last_stiffness_}) reserve_written(*vector, 3 * rows);
+  for (auto* vector : {&stiffness_, &last_stiffness_})
+    reserve_written(*vector, kStiffnessLanes * contacts + 3 * rows, 3 * rows);
 }
 
-/// w: the largest diagonal entry of W of each block; and the least softness, by the spread of masses.
+/// w: the largest diagonal entry of W of each contact or joint; and the least softness, by the spread of
+/// masses.
 void ConvexContacts::find_scales() {
-  double most = 0.0, least = kInfinity;  // of a side's inverse mass
-  const auto diagonal_entry = [&](std::size_t row) {
+  scale_.assign(first_joint() + problem_.bounds.size(), 0.0);
+  // Entries of bodies' contacts, and the most and least of a side's inverse mass.
+  Four most_of = in_all(0.0), least_of = in_all(kInfinity);
+  for (std::size_t i = 0; i < body_contacts_.size(); ++i) {
+    const BodyContacts& contacts = body_contacts_[i];
+    Four scale = in_all(0.0);
+    for (const auto& direction : contacts.directions) {
+      const FourVectors d = vectors_at(direction);
+      Four entry = in_all(0.0);
+      for (int side = 0; side < contacts.count; ++side) {
+        const SparseContacts::Body& body = problem_.bodies[contacts.units[side]];
+        const FourVectors turn = cross(vectors_at(contacts.levers[side]), d);
+        const Four part = dot(d, d) / in_all(body.mass) + dot(turn, rotated(body.inverse_inertia_W, turn));
+        entry += part;
+        most_of = select(most_of < part, part, most_of);
+        least_of = select((in_all(0.0) < part) & (part < least_of), part, least_of);
+      }
+      scale = select(scale < entry, entry, scale);
+    }
+    put(scale, &scale_[BodyContacts::kLanes * i]);
+  }
+  double most = largest_of(most_of), least = -largest_of(-least_of);
+  // Those of other rows.
+  for_other_rows([&](std::size_t row, std::size_t place) {
     const SparseContacts::Row& r = problem_.rows[row];
     double sum = 0.0;
     for (int i = 0; i < r.count; ++i) {
@@ -78,13 +107,12 @@ void ConvexContacts::find_scales() {
       most = std::max(most, part);
       if (part > 0.0) least = std::min(least, part);
     }
-    return sum;
-  };
-  scale_.clear();
-  for (std::size_t c = 0; c < problem_.contacts; ++c)
-    scale_.push_back(std::max({diagonal_entry(3 * c), diagonal_entry(3 * c + 1), diagonal_entry(3 * c + 2)}));
-  for (std::size_t r = 3 * problem_.contacts; r < problem_.rows.size(); ++r)
-    scale_.push_back(diagonal_entry(r));
+    const bool is_contact = row < 3 * problem_.contacts;
+    const std::size_t other = place - first_other();
+    double& scale = scale_[is_contact ? first_other_contact() + other / 3
+                                      : first_joint() + (row - 3 * problem_.contacts)];
+    scale = std::max(scale, sum);
+  });
   // A contact's W is that of its lighter side, which may carry the heaviest body.
   const double spread = std::max(1.0, kAlike * most / least);
   hardest_ = kSoftness / spread;
@@ -93,35 +121,82 @@ void ConvexContacts::find_scales() {
 
 void ConvexContacts::find_pairs() {
   pairs_.clear();
-  for (const SparseContacts::Row& row : problem_.rows) {
-    if (row.count < 2) continue;
-    const auto [a, b] = std::minmax(row.units[0], row.units[1]);
+  const auto add = [&](const std::uint32_t* units, int count) {
+    if (count < 2) return;
+    const auto [a, b] = std::minmax(units[0], units[1]);
     if (pairs_.empty() || pairs_.back() != BlockCholesky::Pair(a, b)) pairs_.emplace_back(a, b);
-  }
+  };
+  for (const BodyContacts& contacts : body_contacts_) add(contacts.units, contacts.count);
+  for (const std::size_t row : other_rows_) add(problem_.rows[row].units, problem_.rows[row].count);
   std::sort(pairs_.begin(), pairs_.end());
   pairs_.erase(std::unique(pairs_.begin(), pairs_.end()), pairs_.end());
   cholesky_.analyse(problem_.sizes, pairs_);
 }
 
+/// Takes a contact up among those of the same bodies before it.
+void ConvexContacts::add_lane(std::size_t contact) {
+  const SparseContacts::Row& row = problem_.rows[3 * contact];
+  const SparseContacts::Levers& levers = problem_.levers[contact];
+  const auto is_of = [&](const BodyContacts& last) {
+    return last.contacts < BodyContacts::kLanes && last.count == row.count && last.units[0] == row.units[0] &&
+           (row.count < 2 || last.units[1] == row.units[1]);
+  };
+  // The first of its bodies, or the fifth of them, begins a block.
+  if (body_contacts_.empty() || !is_of(body_contacts_.back())) {
+    BodyContacts& added = body_contacts_.emplace_back();
+    added.count = row.count;
+    for (int side = 0; side < row.count; ++side)
+      added.units[side] = row.units[side], added.first[side] = first_[row.units[side]];
+    friction_.resize(first_other_contact(), 0.0);
+    commanded_.resize(first_other_contact(), 0.0);
+  }
+  BodyContacts& contacts = body_contacts_.back();
+  const std::size_t lane = contacts.contacts++, block = body_contacts_.size() - 1;
+  // Its directions and levers, and where its rows and figures are.
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto k = static_cast<int>(i);
+    for (int d = 0; d < 3; ++d) contacts.directions[d][i][lane] = levers.directions[d][k];
+    for (int side = 0; side < row.count; ++side) contacts.levers[side][i][lane] = levers.of[side][k];
+    place_[3 * contact + i] = BodyContacts::kRows * block + BodyContacts::kLanes * i + lane;
+  }
+  friction_[BodyContacts::kLanes * block + lane] = problem_.friction[contact];
+  if (!problem_.commanded.empty())
+    commanded_[BodyContacts::kLanes * block + lane] = problem_.commanded[contact];
+}
+
 /// The contacts between bodies, side by side.
 void ConvexContacts::find_body_contacts() {
-  body_contacts_.resize(problem_.contacts);
-  other_contacts_ = 0;
+  body_contacts_.clear();
+  other_rows_.clear();
+  friction_.clear();
+  commanded_.clear();
+  place_.resize(problem_.rows.size());
   for (std::size_t c = 0; c < problem_.contacts; ++c) {
-    BodyContact& contact = body_contacts_[c];
-    const bool is_of_bodies =
-        !problem_.levers.empty() && !problem_.bodies.empty() && problem_.levers[c].are_of_bodies;
-    contact.count = is_of_bodies ? problem_.rows[3 * c].count : 0;
-    contact.first[0] = contact.first[1] = 0;
-    if (contact.count == 0) ++other_contacts_;
-    for (std::size_t i = 0; i < 3 && is_of_bodies; ++i)
-      contact.directions[i] = vector_at(&problem_.J[problem_.rows[3 * c + i].first[0]]);
-    for (int side = 0; side < contact.count; ++side) {
-      contact.levers[side] = problem_.levers[c].of[side];
-      contact.first[side] = first_[problem_.rows[3 * c].units[side]];
-    }
+    const bool is_of_bodies = !problem_.levers.empty() && !problem_.bodies.empty() &&
+                              problem_.levers[c].are_of_bodies && problem_.rows[3 * c].count > 0;
+    if (is_of_bodies)
+      add_lane(c);
+    else
+      for (std::size_t r = 3 * c; r < 3 * c + 3; ++r) other_rows_.push_back(r);
   }
+  place_others();
 }
+
+/// Contacts that are not between bodies, then joint rows.
+void ConvexContacts::place_others() {
+  other_contacts_ = other_rows_.size() / 3;
+  for (std::size_t r = 3 * problem_.contacts; r < problem_.rows.size(); ++r) other_rows_.push_back(r);
+  for_other_rows([&](std::size_t row, std::size_t place) {
+    place_[row] = place;
+    const bool is_contact = row < 3 * problem_.contacts;
+    if (is_contact && row % 3 != 0) return;
+    const std::size_t block = is_contact ? row / 3 : row - 2 * problem_.contacts;
+    friction_.push_back(is_contact ? problem_.friction[block] : 0.0);
+    commanded_.push_back(problem_.commanded.empty() ? 0.0 : problem_.commanded[block]);
+  });
+}
+
+std::size_t ConvexContacts::first_other_stiffness() const { return kStiffnessLanes * body_contacts_.size(); }
 
 void ConvexContacts::load(const SparseContacts& problem, std::span<const double> x) {
   problem_ = problem;
@@ -136,14 +211,15 @@ void ConvexContacts::load(const SparseContacts& problem, std::span<const double>
     entries += size * size;
     widest = std::max(widest, size);
   }
-  const std::size_t rows = problem.rows.size();
-  for (auto* vector : {&anchor_, &asked_, &gamma_, &impulses_, &u_, &du_, &best_}) vector->resize(rows);
+  find_body_contacts();
+  const std::size_t places = first_other() + other_rows_.size();
+  for (auto* vector : {&asked_, &gamma_, &impulses_, &u_, &du_, &best_}) vector->resize(places);
   for (auto* vector : {&V_, &step_, &gradient_, &trial_V_}) vector->resize(rates);
   blocks_.resize(6 * widest);
-  slip_.resize(problem.contacts);
-  std::copy(x.begin(), x.end(), anchor_.begin());
+  slip_.resize(first_joint());
+  for (auto* vector : {&anchor_, &b_}) vector->assign(places, 0.0);
+  for (std::size_t r = 0; r < place_.size(); ++r) anchor_[place_[r]] = x[r], b_[place_[r]] = problem.b[r];
   is_factored_ = false;
-  find_body_contacts();
   find_scales();
   find_pairs();
 }
@@ -152,30 +228,54 @@ void ConvexContacts::load(const SparseContacts& problem, std::span<const double>
 double ConvexContacts::residual_of(std::span<const double> x) {
   spread(x, trial_V_);
   find_velocities(trial_V_, u_, true);
+  Four worst = in_all(0.0);
+  for (std::size_t i = 0; i < body_contacts_.size(); ++i) {
+    const std::size_t first = BodyContacts::kRows * i, contact = BodyContacts::kLanes * i;
+    const Four w = four_at(&scale_[contact]);
+    const Four residual =
+        contact_residuals(w, four_at(&friction_[contact]), lanes_at(&x[first]), lanes_at(&u_[first]));
+    worst = worse_of(worst, select(in_all(0.0) < w, residual, in_all(0.0)));
+  }
+  return worse_of(worst_of(worst), residual_of_others(x));
+}
+
+double ConvexContacts::residual_of_others(std::span<const double> x) {
   double worst = 0.0;
-  for (std::size_t c = 0; c < problem_.contacts; ++c)
-    if (scale_[c] > 0.0)
-      worst = worse_of(worst, contact_residual(scale_[c], problem_.friction[c], &x[3 * c], &u_[3 * c]));
+  for (std::size_t i = 0; i < other_contacts_; ++i) {
+    const std::size_t contact = first_other_contact() + i, place = first_other() + 3 * i;
+    if (scale_[contact] > 0.0)
+      worst = worse_of(worst, contact_residual(scale_[contact], friction_[contact], &x[place], &u_[place]));
+  }
   for (std::size_t j = 0; j < problem_.bounds.size(); ++j) {
-    const std::size_t r = 3 * problem_.contacts + j;
-    const double compliance = problem_.compliance_of(j), w = scale_[problem_.contacts + j] + compliance;
+    const std::size_t r = joint_place(j);
+    const double compliance = problem_.compliance_of(j), w = scale_[first_joint() + j] + compliance;
     u_[r] += compliance * x[r];
     if (w > 0.0) worst = worse_of(worst, w * std::abs(x[r] - clamped(x[r] - u_[r] / w, problem_.bounds[j])));
   }
   return worst;
 }
 
-/// Of the velocities without impulses.
-double ConvexContacts::fastest() const {
-  double speed = 0.0;
-  for (const double b : problem_.b) speed = std::max(speed, std::abs(b));
+/// Of velocities by place.
+double ConvexContacts::fastest(std::span<const double> of) const {
+  Four most = in_all(0.0);
+  for (std::size_t i = 0; i < first_other(); i += BodyContacts::kLanes)
+    most = worse_of(most, magnitude(four_at(&of[i])));
+  double speed = worst_of(most);
+  for (const double v : of.subspan(first_other())) speed = worse_of(speed, std::abs(v));
   return speed;
 }
 
 /// Of the velocities u_.
 void ConvexContacts::find_slips() {
-  for (std::size_t c = 0; c < problem_.contacts; ++c)
-    slip_[c] = problem_.friction[c] * length_of(u_[3 * c + 1], u_[3 * c + 2]);
+  for (std::size_t i = 0; i < body_contacts_.size(); ++i) {
+    const ContactLanes u = lanes_at(&u_[BodyContacts::kRows * i]);
+    const std::size_t contact = BodyContacts::kLanes * i;
+    put(four_at(&friction_[contact]) * square_root(u.t1 * u.t1 + u.t2 * u.t2), &slip_[contact]);
+  }
+  for (std::size_t i = 0; i < other_contacts_; ++i) {
+    const std::size_t contact = first_other_contact() + i, place = first_other() + 3 * i;
+    slip_[contact] = friction_[contact] * length_of(u_[place + 1], u_[place + 2]);
+  }
 }
 
 /// Else standing still is a solution.
@@ -197,33 +297,47 @@ bool ConvexContacts::proves_contradiction(std::span<const double> x, double time
   std::fill(y.begin(), y.end(), 0.0);
   reach_.assign(y.size(), 0.0);
   double pressed = 0.0, fastest_commanded = 0.0;
-  for (std::size_t r = 0; r < x.size(); ++r) {
-    const bool is_contact = r < 3 * problem_.contacts;
-    const std::size_t block = is_contact ? r / 3 : r - 2 * problem_.contacts;
-    if (!is_contact) {  // a row that is bounded or compliant is no direction
-      const std::size_t j = r - 3 * problem_.contacts;
-      const double end = x[r] > 0.0 ? problem_.bounds[j].upper : problem_.bounds[j].lower;
-      if (std::isfinite(end) || problem_.compliance_of(j) > 0.0) continue;
-    }
-    // Normals and joint rows press against commanded velocities.
-    if (!is_contact || r % 3 == 0) {
-      pressed -= x[r] * problem_.commanded[block];
-      fastest_commanded = std::max(
-          fastest_commanded, is_contact ? -problem_.commanded[block] : std::abs(problem_.commanded[block]));
-    }
-    const SparseContacts::Row& row = problem_.rows[r];
-    if (x[r] != 0.0) add(row, problem_.J, x[r], y);
-    for (int i = 0; i < row.count; ++i)
-      for (std::size_t k = 0; k < problem_.sizes[row.units[i]]; ++k) {
-        double& reach = reach_[first_[row.units[i]] + k];
-        reach = std::max(reach, std::abs(problem_.J[row.first[i] + k]));
-      }
+  for (std::size_t i = 0; i < body_contacts_.size(); ++i) {
+    const BodyContacts& contacts = body_contacts_[i];
+    const ContactLanes impulses = lanes_at(&x[BodyContacts::kRows * i]);
+    const Four commanded = four_at(&commanded_[BodyContacts::kLanes * i]);
+    pressed -= sum_of(impulses.n * commanded);
+    fastest_commanded = std::max(fastest_commanded, largest_of(-commanded));
+    add_impulses(contacts, impulses, 1.0, y.data());
+    raise_reach(contacts, reach_.data());
   }
+  press_others(x, pressed, fastest_commanded);
   // Impulses that press much and move little are the proof.
   double moved = 0.0;
   for (std::size_t k = 0; k < y.size(); ++k)
     if (reach_[k] > 0.0) moved += std::abs(y[k]) / reach_[k];
   return pressed > times * fastest_commanded * moved;
+}
+
+/// proves_contradiction() of the other rows.
+void ConvexContacts::press_others(std::span<const double> x, double& pressed, double& fastest_commanded) {
+  for_other_rows([&](std::size_t r, std::size_t place) {
+    const bool is_contact = r < 3 * problem_.contacts;
+    const std::size_t block = is_contact ? r / 3 : r - 2 * problem_.contacts;
+    if (!is_contact) {  // a row that is bounded or compliant is no direction
+      const std::size_t j = r - 3 * problem_.contacts;
+      const double end = x[place] > 0.0 ? problem_.bounds[j].upper : problem_.bounds[j].lower;
+      if (std::isfinite(end) || problem_.compliance_of(j) > 0.0) return;
+    }
+    // Normals and joint rows press against commanded velocities.
+    if (!is_contact || r % 3 == 0) {
+      const double commanded = problem_.commanded[block];
+      pressed -= x[place] * commanded;
+      fastest_commanded = std::max(fastest_commanded, is_contact ? -commanded : std::abs(commanded));
+    }
+    const SparseContacts::Row& row = problem_.rows[r];
+    if (x[place] != 0.0) add(row, problem_.J, x[place], trial_V_);
+    for (int i = 0; i < row.count; ++i)
+      for (std::size_t k = 0; k < problem_.sizes[row.units[i]]; ++k) {
+        double& reach = reach_[first_[row.units[i]] + k];
+        reach = std::max(reach, std::abs(problem_.J[row.first[i] + k]));
+      }
+  });
 }
 
 /// Impulses x with u_ = W x + b give the energy x (u + b) / 2. Where that is more than `most_given` of what
@@ -232,8 +346,8 @@ bool ConvexContacts::proves_contradiction(std::span<const double> x, double time
 bool ConvexContacts::take_energy(std::span<double> x, double most_given) {
   double by_b = 0.0, by_W = 0.0;
   for (std::size_t r = 0; r < x.size(); ++r) {
-    by_b += x[r] * problem_.b[r];
-    by_W += x[r] * (u_[r] - problem_.b[r]);
+    by_b += x[r] * b_[r];
+    by_W += x[r] * (u_[r] - b_[r]);
   }
   if (!(by_b + 0.5 * by_W > most_given * by_W)) return false;
   const double share = by_W > 0.0 && by_b < 0.0 ? -by_b / by_W : 0.0;
@@ -285,7 +399,7 @@ ConvexReport ConvexContacts::solve_softly(const SparseContacts& problem, std::sp
   report_.converged = outcome == Outcome::solved;
   // The start may be far off: without a step from it nothing is known of it.
   if (outcome == Outcome::stuck) std::fill(impulses_.begin(), impulses_.end(), 0.0);
-  std::copy(impulses_.begin(), impulses_.end(), x.begin());
+  for (std::size_t r = 0; r < place_.size(); ++r) x[r] = impulses_[place_[r]];
   return report_;
 }
 
@@ -303,7 +417,7 @@ ConvexReport ConvexContacts::solve(const SparseContacts& problem, std::span<doub
   start();
   // The less the start leaves, the less soft the first round is.
   double last = report_.residual;
-  const double left = last > 0.0 ? last / std::max(fastest(), last) : 0.0;
+  const double left = last > 0.0 ? last / std::max(fastest(b_), last) : 0.0;
   const bool is_far_of_many = !(left < kFar) && problem.contacts > kFew;
   const Rounds& rounds = is_far_of_many ? kFromFarOfMany : left < kFar ? kFromRest : kFromFar;
   const double first_softness = std::clamp(rounds.softness * (left / kHolds), kSoftness, rounds.softness);
@@ -317,7 +431,10 @@ ConvexReport ConvexContacts::solve(const SparseContacts& problem, std::span<doub
   if (!is_over) {
     // Without contradiction the given start serves better than the soft answer; with it, that goes on to
     // grow.
-    if (first == Softness::first) std::copy(x.begin(), x.end(), anchor_.begin()), start();
+    if (first == Softness::first) {
+      for (std::size_t r = 0; r < place_.size(); ++r) anchor_[place_[r]] = x[r];
+      start();
+    }
     set_softness(first == Softness::maybe ? rounds.harder * kSoftAnswer : first_softness);
   }
   // Each round minimises the softened potential about the impulses of the one before.
@@ -351,7 +468,7 @@ ConvexReport ConvexContacts::solve(const SparseContacts& problem, std::span<doub
     last = std::min(last, residual);
   }
   report_.converged = report_.residual <= tolerance;
-  std::copy(best_.begin(), best_.end(), x.begin());
+  for (std::size_t r = 0; r < place_.size(); ++r) x[r] = best_[place_[r]];
   return report_;
 }
 

@@ -24,10 +24,13 @@ struct SparseContacts {
     std::size_t first[2];  ///< of its part in J and Y
     int count;
   };
-  /// Of a contact between bodies: its rows of J are a direction, and the lever's product with it.
+  /// Of a contact between bodies: its rows of J are a direction, and the lever's product with it; they need
+  /// not be written out.
   struct Levers {
     bool are_of_bodies = false;
     Vector3 of[2] = {Vector3::Zero(), Vector3::Zero()};  ///< by unit of the row
+    Vector3 directions[3] = {Vector3::Zero(), Vector3::Zero(),
+                             Vector3::Zero()};  ///< as the first unit's rows have them
   };
 
   /// A unit as a body; mass 0: it is none.
@@ -111,6 +114,8 @@ class ConvexContacts {
 
   void load(const SparseContacts& problem, std::span<const double> x);
   void find_body_contacts();
+  void place_others();
+  void add_lane(std::size_t contact);
   void find_scales();
   void find_pairs();
   Outcome minimise(double tolerance, WorkBudget& budget, int most_steps);
@@ -122,52 +127,66 @@ class ConvexContacts {
   void find_velocities(const std::vector<double>& V, std::vector<double>& u, bool with_b) const;
   void set_softness(double softness);
   void project(const std::vector<double>& u);
+  void project_others(const std::vector<double>& u);
+  void multiply_by_masses(const std::vector<double>& V, std::vector<double>& to) const;
   void find_gradient();
   void assemble();
   bool find_stiffness();
+  void find_stiffness_of_others();
   void add_rows(std::size_t first, std::size_t count, const double* G);
   std::size_t add_pair(std::size_t first);
   void divide_by_masses(std::vector<double>& V) const;
-  /// Of mechanisms and joints: those that no BodyContact stands for.
-  template <class Visit>
-  void for_other_rows(const Visit& visit) const {
-    if (other_contacts_ > 0)
-      for (std::size_t c = 0; c < problem_.contacts; ++c)
-        for (std::size_t r = 3 * c; body_contacts_[c].count == 0 && r < 3 * c + 3; ++r) visit(r);
-    for (std::size_t r = 3 * problem_.contacts; r < problem_.rows.size(); ++r) visit(r);
-  }
   double slope_at(double along, double& curvature) const;
   double line_search();
   void go_along(double along);
   void find_slips();
   double missed();
   double residual_of(std::span<const double> x);
-  double fastest() const;
+  double residual_of_others(std::span<const double> x);
+  double fastest(std::span<const double> of) const;
   bool presses_on_commands() const;
+  void press_others(std::span<const double> x, double& pressed, double& fastest_commanded);
   bool proves_contradiction(std::span<const double> x, double times);
   bool take_energy(std::span<double> x, double most_given);
   double judge(std::span<double> x);
   void start();
   bool soften(double tolerance, bool is_proven, WorkBudget& budget, int most_steps);
 
+  // Places: rows of body_contacts_, by block, direction and lane, then those of others. Figures of contacts
+  // and joints: by block and lane, then others.
+  std::size_t first_other() const { return BodyContacts::kRows * body_contacts_.size(); }
+  std::size_t first_other_contact() const { return BodyContacts::kLanes * body_contacts_.size(); }
+  std::size_t joint_place(std::size_t joint) const { return first_other() + 3 * other_contacts_ + joint; }
+  std::size_t first_joint() const { return first_other_contact() + other_contacts_; }
+  std::size_t first_other_stiffness() const;
+  /// Of mechanisms and joints: rows that body_contacts_ do not hold, and their places.
+  template <class Visit>
+  void for_other_rows(const Visit& visit) const {
+    for (std::size_t i = 0; i < other_rows_.size(); ++i) visit(other_rows_[i], first_other() + i);
+  }
+
   SparseContacts problem_;
-  std::vector<BodyContact> body_contacts_;  // by contact
+  std::vector<BodyContacts> body_contacts_;
+  std::vector<std::size_t> place_;       // by row
+  std::vector<std::size_t> other_rows_;  // of contacts that body_contacts_ do not hold, then of joints
   std::size_t other_contacts_ = 0;
-  PairStiffness stiffness_of_pair_;
   BlockCholesky cholesky_;
   std::vector<BlockCholesky::Pair> pairs_;
   std::vector<std::size_t> first_, first_mass_;  // by unit
-  std::vector<double> scale_, hardness_;         // of each block: w, 1 / R where R = softness w
+  std::vector<double> scale_, hardness_;         // of each contact or joint: w, 1 / R where R = softness w
+  std::vector<double> friction_, commanded_;     // likewise
   std::vector<double> anchor_share_;    // by joint row: of the anchor that its projection starts from
   std::vector<double> slip_;            // s, by contact
-  std::vector<double> anchor_, gamma_;  // x_k and the projections, by row
-  std::vector<double> asked_;           // what is projected, by row
-  std::vector<double> impulses_;        // that give V_, by row: gamma_ in the end
-  std::vector<double> V_, u_, step_, du_, gradient_, trial_V_, best_;
-  std::vector<double> reach_;                       // by rate: the most that it moves any row by
-  std::vector<double> blocks_;                      // G J of the rows being added
-  std::vector<double> stiffness_, last_stiffness_;  // G, by block
-  bool is_factored_ = false;                        // with the last stiffness
+  std::vector<double> b_;               // by place, as what follows
+  std::vector<double> anchor_, gamma_;  // x_k and the projections
+  std::vector<double> asked_;           // what is projected
+  std::vector<double> impulses_;        // that give V_: gamma_ in the end
+  std::vector<double> u_, du_, best_;
+  std::vector<double> V_, step_, gradient_, trial_V_;  // by rate
+  std::vector<double> reach_;                          // by rate: the most that it moves any row by
+  std::vector<double> blocks_;                         // G J of the rows being added
+  std::vector<double> stiffness_, last_stiffness_;     // G: by body_contacts_, contact, joint
+  bool is_factored_ = false;                           // with the last stiffness
   double softness_ = 0.0;
   double hardest_ = 0.0;  // softness that rounds may come to
   double price_ = 1.0;    // of work: masses that differ take more rounds

@@ -3,6 +3,7 @@
 
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/matrix3.hpp"
+#include "touchstone/physics/solver/cone_lanes.hpp"
 #include "touchstone/physics/solver/cone_projection.hpp"
 #include "touchstone/physics/solver/convex_contacts.hpp"
 
@@ -64,11 +65,11 @@ double ConvexContacts::product(const SparseContacts::Row& row, std::span<const d
 /// V: the rates that impulses give.
 void ConvexContacts::spread(std::span<const double> impulses, std::vector<double>& V) const {
   std::fill(V.begin(), V.end(), 0.0);
-  for (std::size_t c = 0; c < problem_.contacts; ++c)
-    if (body_contacts_[c].count > 0) add_impulse(body_contacts_[c], &impulses[3 * c], V.data());
+  for (std::size_t i = 0; i < body_contacts_.size(); ++i)
+    add_impulses(body_contacts_[i], lanes_at(&impulses[BodyContacts::kRows * i]), 1.0, V.data());
   divide_by_masses(V);
-  for_other_rows([&](std::size_t r) {
-    if (impulses[r] != 0.0) add(problem_.rows[r], problem_.Y, impulses[r], V);
+  for_other_rows([&](std::size_t r, std::size_t place) {
+    if (impulses[place] != 0.0) add(problem_.rows[r], problem_.Y, impulses[place], V);
   });
 }
 
@@ -77,7 +78,7 @@ void ConvexContacts::divide_by_masses(std::vector<double>& V) const {
   for (std::size_t i = 0; i < problem_.sizes.size(); ++i) {
     if (problem_.bodies.empty() || !(problem_.bodies[i].mass > 0.0)) continue;
     double* const v = &V[first_[i]];
-    const Vector3 w = rotate(problem_.bodies[i].inverse_inertia_W, vector_at(v + 3));
+    const Vector3 w = rotate(problem_.bodies[i].inverse_inertia_W, Vector3(v[3], v[4], v[5]));
     for (int k = 0; k < 3; ++k) v[k] /= problem_.bodies[i].mass, v[k + 3] = w[k];
   }
 }
@@ -85,15 +86,19 @@ void ConvexContacts::divide_by_masses(std::vector<double>& V) const {
 /// u = J V (+ b).
 void ConvexContacts::find_velocities(const std::vector<double>& V, std::vector<double>& u,
                                      bool with_b) const {
-  for (std::size_t c = 0; c < problem_.contacts; ++c) {
-    const BodyContact& contact = body_contacts_[c];
-    if (contact.count == 0) continue;
-    const Vector3 v = relative_velocity(contact, V.data());
-    for (std::size_t i = 0; i < 3; ++i)
-      u[3 * c + i] = (with_b ? problem_.b[3 * c + i] : 0.0) + dot(contact.directions[i], v);
+  for (std::size_t i = 0; i < body_contacts_.size(); ++i) {
+    const BodyContacts& contacts = body_contacts_[i];
+    const std::size_t first = BodyContacts::kRows * i;
+    ContactLanes v = along_directions(contacts, relative_velocities(contacts, V.data()));
+    if (with_b) {
+      const ContactLanes b = lanes_at(&b_[first]);
+      v = {v.n + b.n, v.t1 + b.t1, v.t2 + b.t2};
+    }
+    put(v, &u[first]);
   }
-  for_other_rows(
-      [&](std::size_t r) { u[r] = product(problem_.rows[r], problem_.J, V, with_b ? problem_.b[r] : 0.0); });
+  for_other_rows([&](std::size_t r, std::size_t place) {
+    u[place] = product(problem_.rows[r], problem_.J, V, with_b ? b_[place] : 0.0);
+  });
 }
 
 void ConvexContacts::set_softness(double softness) {
@@ -105,7 +110,7 @@ void ConvexContacts::set_softness(double softness) {
   anchor_share_.assign(problem_.bounds.size(), 1.0);
   for (std::size_t j = 0; j < problem_.bounds.size(); ++j) {
     const double compliance = problem_.compliance_of(j);
-    double& hardness = hardness_[problem_.contacts + j];
+    double& hardness = hardness_[first_joint() + j];
     if (compliance == 0.0 || hardness == 0.0) continue;
     const double soft = 1.0 / hardness;
     hardness = 1.0 / (soft + compliance);
@@ -115,40 +120,70 @@ void ConvexContacts::set_softness(double softness) {
 
 /// The impulses that velocities u call for: asked_ were there no cone, none where nothing moves a contact.
 void ConvexContacts::project(const std::vector<double>& u) {
-  for (std::size_t c = 0; c < problem_.contacts; ++c) {
-    const double hardness = hardness_[c];
-    double* const y = &asked_[3 * c];
+  const Four none = in_all(0.0);
+  for (std::size_t i = 0; i < body_contacts_.size(); ++i) {
+    const std::size_t first = BodyContacts::kRows * i, contact = BodyContacts::kLanes * i;
+    const Four hardness = four_at(&hardness_[contact]);
+    const ContactLanes anchor = lanes_at(&anchor_[first]), v = lanes_at(&u[first]);
+    const auto asked = [&](const Four& from, const Four& by) {
+      return select(none < hardness, from - by * hardness, none);
+    };
+    ContactLanes y = {asked(anchor.n, v.n), asked(anchor.t1, v.t1), asked(anchor.t2, v.t2)};
+    y.n -= four_at(&slip_[contact]) * hardness;
+    put(y, &asked_[first]);
+    put(project_on_cones(four_at(&friction_[contact]), y), &gamma_[first]);
+  }
+  project_others(u);
+}
+
+void ConvexContacts::project_others(const std::vector<double>& u) {
+  for (std::size_t k = 0; k < other_contacts_; ++k) {
+    const std::size_t contact = first_other_contact() + k, first = first_other() + 3 * k;
+    const double hardness = hardness_[contact];
+    double* const y = &asked_[first];
     for (std::size_t i = 0; i < 3; ++i)
-      y[i] = hardness > 0.0 ? anchor_[3 * c + i] - u[3 * c + i] * hardness : 0.0;
-    y[0] -= slip_[c] * hardness;
-    project_on_cone(problem_.friction[c], y, length_of(y[1], y[2]), &gamma_[3 * c]);
+      y[i] = hardness > 0.0 ? anchor_[first + i] - u[first + i] * hardness : 0.0;
+    y[0] -= slip_[contact] * hardness;
+    project_on_cone(friction_[contact], y, length_of(y[1], y[2]), &gamma_[first]);
   }
   for (std::size_t j = 0; j < problem_.bounds.size(); ++j) {
-    const std::size_t r = 3 * problem_.contacts + j;
-    const double hardness = hardness_[problem_.contacts + j];
+    const std::size_t r = joint_place(j);
+    const double hardness = hardness_[first_joint() + j];
     asked_[r] = hardness > 0.0 ? anchor_share_[j] * anchor_[r] - u[r] * hardness : 0.0;
     gamma_[r] = hardness > 0.0 ? clamped(asked_[r], problem_.bounds[j]) : 0.0;
   }
 }
 
-/// M V - J^T gamma.
-void ConvexContacts::find_gradient() {
+/// M V: of bodies by what is not 0.
+void ConvexContacts::multiply_by_masses(const std::vector<double>& V, std::vector<double>& to) const {
   for (std::size_t i = 0; i < problem_.sizes.size(); ++i) {
     const std::size_t n = problem_.sizes[i];
     const double* const M = &problem_.masses[first_mass_[i]];
+    const double* const v = &V[first_[i]];
+    double* const t = &to[first_[i]];
+    if (!problem_.bodies.empty() && problem_.bodies[i].mass > 0.0) {
+      for (std::size_t r = 0; r < 3; ++r) {
+        const double* const row = M + (r + 3) * kBodyRates + 3;
+        t[r] = problem_.bodies[i].mass * v[r];
+        t[r + 3] = (row[0] * v[3] + row[1] * v[4]) + row[2] * v[5];
+      }
+      continue;
+    }
     for (std::size_t r = 0; r < n; ++r) {
       double sum = 0.0;
-      for (std::size_t k = 0; k < n; ++k) sum += M[r * n + k] * V_[first_[i] + k];
-      gradient_[first_[i] + r] = sum;
+      for (std::size_t k = 0; k < n; ++k) sum += M[r * n + k] * v[k];
+      t[r] = sum;
     }
   }
-  for (std::size_t c = 0; c < problem_.contacts; ++c) {
-    if (body_contacts_[c].count == 0) continue;
-    const double against[3] = {-gamma_[3 * c], -gamma_[3 * c + 1], -gamma_[3 * c + 2]};
-    add_impulse(body_contacts_[c], against, gradient_.data());
-  }
-  for_other_rows([&](std::size_t r) {
-    if (gamma_[r] != 0.0) add(problem_.rows[r], problem_.J, -gamma_[r], gradient_);
+}
+
+/// M V - J^T gamma.
+void ConvexContacts::find_gradient() {
+  multiply_by_masses(V_, gradient_);
+  for (std::size_t i = 0; i < body_contacts_.size(); ++i)
+    add_impulses(body_contacts_[i], lanes_at(&gamma_[BodyContacts::kRows * i]), -1.0, gradient_.data());
+  for_other_rows([&](std::size_t r, std::size_t place) {
+    if (gamma_[place] != 0.0) add(problem_.rows[r], problem_.J, -gamma_[place], gradient_);
   });
 }
 
@@ -189,49 +224,62 @@ void ConvexContacts::add_rows(std::size_t first, std::size_t count, const double
   }
 }
 
-/// J^T G J of the contacts between the same bodies from the first on. @return the next that is another's
+/// J^T G J of the contacts between the same bodies from a block on. @return the next block that is another's
 std::size_t ConvexContacts::add_pair(std::size_t first) {
-  const BodyContact& pair = body_contacts_[first];
-  stiffness_of_pair_.clear();
-  bool is_any = false;
-  std::size_t c = first;
-  for (; c < problem_.contacts; ++c) {
-    const BodyContact& contact = body_contacts_[c];
-    if (contact.count != pair.count || contact.first[0] != pair.first[0] || contact.first[1] != pair.first[1])
+  const BodyContacts& pair = body_contacts_[first];
+  PairStiffness stiffness;
+  bool is_pressed = false;
+  std::size_t i = first;
+  for (; i < body_contacts_.size(); ++i) {
+    const BodyContacts& contacts = body_contacts_[i];
+    if (contacts.count != pair.count || contacts.first[0] != pair.first[0] ||
+        contacts.first[1] != pair.first[1])
       break;
-    if (!(stiffness_[9 * c] > 0.0)) continue;
-    stiffness_of_pair_.add(contact, &stiffness_[9 * c]);
-    is_any = true;
+    const SymmetricLanes G = symmetric_at(&stiffness_[kStiffnessLanes * i]);
+    if (!is_any(in_all(0.0) < G.of[0])) continue;
+    stiffness.add(contacts, G);
+    is_pressed = true;
   }
-  if (!is_any) return c;
-  const SparseContacts::Row& row = problem_.rows[3 * first];
-  for (int side = 0; side < row.count; ++side)
-    stiffness_of_pair_.write_own(side, cholesky_.diagonal(row.units[side]));
-  if (row.count < 2) return c;
+  if (!is_pressed) return i;
+  for (int side = 0; side < pair.count; ++side)
+    stiffness.write_own(side, cholesky_.diagonal(pair.units[side]));
+  if (pair.count < 2) return i;
   bool is_transposed = false;  // its rows are those of the unit that is eliminated later
-  double* const block = cholesky_.block(row.units[0], row.units[1], is_transposed);
-  stiffness_of_pair_.write_both(!is_transposed, block);
-  return c;
+  double* const block = cholesky_.block(pair.units[0], pair.units[1], is_transposed);
+  stiffness.write_both(!is_transposed, block);
+  return i;
 }
 
-/// G of every block at the impulses asked_, 0 where nothing presses. @return whether it is as it was when the
-/// system was last factored.
+/// G of every contact and joint at the impulses asked_, 0 where nothing presses. @return whether it is as it
+/// was when the system was last factored.
 bool ConvexContacts::find_stiffness() {
   stiffness_.swap(last_stiffness_);
-  const std::size_t contacts = problem_.contacts;
-  stiffness_.assign(9 * contacts + problem_.bounds.size(), 0.0);
-  for (std::size_t c = 0; c < contacts; ++c) {
-    if (!(hardness_[c] > 0.0)) continue;
-    slope_of_projection(problem_.friction[c], &asked_[3 * c], hardness_[c], &stiffness_[9 * c]);
+  stiffness_.resize(first_other_stiffness() + 9 * other_contacts_ + problem_.bounds.size());
+  for (std::size_t i = 0; i < body_contacts_.size(); ++i) {
+    const std::size_t contact = BodyContacts::kLanes * i;
+    const SymmetricLanes G =
+        slopes_of_projection(four_at(&friction_[contact]), lanes_at(&asked_[BodyContacts::kRows * i]),
+                             four_at(&hardness_[contact]));
+    put(G, &stiffness_[kStiffnessLanes * i]);
   }
-  for (std::size_t j = 0; j < problem_.bounds.size(); ++j) {
-    const std::size_t r = 3 * contacts + j;
-    const double hardness = hardness_[contacts + j];
-    if (!(hardness > 0.0)) continue;
-    if (asked_[r] >= problem_.bounds[j].lower && asked_[r] <= problem_.bounds[j].upper)
-      stiffness_[9 * contacts + j] = hardness;
-  }
+  find_stiffness_of_others();
   return is_factored_ && stiffness_ == last_stiffness_;
+}
+
+void ConvexContacts::find_stiffness_of_others() {
+  double* G = stiffness_.data() + first_other_stiffness();
+  for (std::size_t i = 0; i < other_contacts_; ++i, G += 9) {
+    const std::size_t contact = first_other_contact() + i;
+    std::fill_n(G, 9, 0.0);
+    if (hardness_[contact] > 0.0)
+      slope_of_projection(friction_[contact], &asked_[first_other() + 3 * i], hardness_[contact], G);
+  }
+  for (std::size_t j = 0; j < problem_.bounds.size(); ++j, ++G) {
+    const std::size_t r = joint_place(j);
+    const double hardness = hardness_[first_joint() + j];
+    const bool is_within = asked_[r] >= problem_.bounds[j].lower && asked_[r] <= problem_.bounds[j].upper;
+    *G = hardness > 0.0 && is_within ? hardness : 0.0;
+  }
 }
 
 /// M + J^T G J.
@@ -240,36 +288,43 @@ void ConvexContacts::assemble() {
   for (std::uint32_t i = 0; i < problem_.sizes.size(); ++i)
     std::copy_n(&problem_.masses[first_mass_[i]], problem_.sizes[i] * problem_.sizes[i],
                 cholesky_.diagonal(i));
-  for (std::size_t c = 0; c < problem_.contacts;) {
-    if (body_contacts_[c].count > 0) {
-      c = add_pair(c);
-      continue;
-    }
-    if (stiffness_[9 * c] > 0.0) add_rows(3 * c, 3, &stiffness_[9 * c]);
-    ++c;
-  }
-  for (std::size_t j = 0; j < problem_.bounds.size(); ++j) {
-    const double G = stiffness_[9 * problem_.contacts + j];
-    if (G > 0.0) add_rows(3 * problem_.contacts + j, 1, &G);
-  }
+  for (std::size_t i = 0; i < body_contacts_.size();) i = add_pair(i);
+  const double* G = stiffness_.data() + first_other_stiffness();
+  for (std::size_t i = 0; i < other_contacts_; ++i, G += 9)
+    if (G[0] > 0.0) add_rows(other_rows_[3 * i], 3, G);
+  for (std::size_t j = 0; j < problem_.bounds.size(); ++j, ++G)
+    if (*G > 0.0) add_rows(3 * problem_.contacts + j, 1, G);
 }
 
 /// Of the potential along step_, and how that changes. From asked_.
 double ConvexContacts::slope_at(double along, double& curvature) const {
-  double slope = 0.0;
-  curvature = 0.0;
-  for (std::size_t c = 0; c < problem_.contacts; ++c) {
-    const double hardness = hardness_[c], by = along * hardness;
-    const double* const du = &du_[3 * c];
-    const double* const asked = &asked_[3 * c];
+  // Contacts between bodies, four at a time.
+  Four slopes = in_all(0.0), curvatures = in_all(0.0);
+  for (std::size_t i = 0; i < body_contacts_.size(); ++i) {
+    const std::size_t first = BodyContacts::kRows * i, contact = BodyContacts::kLanes * i;
+    const Four hardness = four_at(&hardness_[contact]), by = in_all(along) * hardness;
+    const ContactLanes du = lanes_at(&du_[first]), asked = lanes_at(&asked_[first]);
+    const ContactLanes y = {asked.n - by * du.n, asked.t1 - by * du.t1, asked.t2 - by * du.t2};
+    const ConeSlopes of = slopes_along(four_at(&friction_[contact]), y, du);
+    slopes -= of.projection;
+    curvatures += of.change * hardness;
+  }
+  double slope = sum_of(slopes);
+  curvature = sum_of(curvatures);
+  // Other contacts, then joint rows.
+  for (std::size_t k = 0; k < other_contacts_; ++k) {
+    const std::size_t contact = first_other_contact() + k, first = first_other() + 3 * k;
+    const double hardness = hardness_[contact], by = along * hardness;
+    const double* const du = &du_[first];
+    const double* const asked = &asked_[first];
     const double y[3] = {asked[0] - by * du[0], asked[1] - by * du[1], asked[2] - by * du[2]};
-    const ConeSlope of = slope_along(problem_.friction[c], y, du);
+    const ConeSlope of = slope_along(friction_[contact], y, du);
     slope -= of.projection;
     curvature += of.change * hardness;
   }
   for (std::size_t j = 0; j < problem_.bounds.size(); ++j) {
-    const std::size_t r = 3 * problem_.contacts + j;
-    const double hardness = hardness_[problem_.contacts + j];
+    const std::size_t r = joint_place(j);
+    const double hardness = hardness_[first_joint() + j];
     if (!(hardness > 0.0)) continue;
     const double y = asked_[r] - (along * hardness) * du_[r], p = clamped(y, problem_.bounds[j]);
     slope -= p * du_[r];
@@ -281,18 +336,10 @@ double ConvexContacts::slope_at(double along, double& curvature) const {
 /// Where along step_ the potential is least: its slope grows, so the root is between two ends, found by
 /// Newton's method, by halves where that leaves them.
 double ConvexContacts::line_search() {
-  double a = 0.0, c = 0.0;  // of 1/2 V^T M V
-  // The quadratic part is summed unit by unit.
-  for (std::size_t i = 0; i < problem_.sizes.size(); ++i) {
-    const std::size_t n = problem_.sizes[i];
-    const double* const M = &problem_.masses[first_mass_[i]];
-    for (std::size_t r = 0; r < n; ++r) {
-      double by_step = 0.0;
-      for (std::size_t k = 0; k < n; ++k) by_step += M[r * n + k] * step_[first_[i] + k];
-      a += step_[first_[i] + r] * by_step;
-      c += V_[first_[i] + r] * by_step;
-    }
-  }
+  // The quadratic part, of 1/2 V^T M V.
+  multiply_by_masses(step_, trial_V_);
+  const double a = sum_of_products(step_.data(), trial_V_.data(), step_.size());
+  const double c = sum_of_products(V_.data(), trial_V_.data(), V_.size());
   // Newton's method within a bracket finds the root of the slope; at 0 it is the gradient's along the step.
   double curvature = 0.0;
   const double start = std::abs(sum_of_products(gradient_.data(), step_.data(), step_.size()));
@@ -316,13 +363,13 @@ double ConvexContacts::line_search() {
 double ConvexContacts::missed() {
   trial_V_ = gradient_;
   divide_by_masses(trial_V_);
-  double worst = 0.0;
-  for (const BodyContact& contact : body_contacts_) {
-    if (contact.count == 0) continue;
-    const Vector3 v = relative_velocity(contact, trial_V_.data());
-    for (const Vector3& direction : contact.directions) worst = worse_of(worst, std::abs(dot(direction, v)));
+  Four most = in_all(0.0);
+  for (const BodyContacts& contacts : body_contacts_) {
+    const ContactLanes v = along_directions(contacts, relative_velocities(contacts, trial_V_.data()));
+    most = worse_of(worse_of(worse_of(most, magnitude(v.n)), magnitude(v.t1)), magnitude(v.t2));
   }
-  for_other_rows([&](std::size_t r) {
+  double worst = worst_of(most);
+  for_other_rows([&](std::size_t r, std::size_t) {
     worst = worse_of(worst, std::abs(product(problem_.rows[r], problem_.Y, gradient_, 0.0)));
   });
   return worst;
@@ -332,20 +379,33 @@ double ConvexContacts::missed() {
 /// gamma_ - G J dV, since M (V + dV) = J^T of them; so V_ is always theirs, solved or not.
 void ConvexContacts::go_along(double along) {
   for (std::size_t k = 0; k < V_.size(); ++k) V_[k] += along * step_[k];
+  // Contacts between bodies, four at a time.
+  for (std::size_t i = 0; i < body_contacts_.size(); ++i) {
+    const std::size_t first = BodyContacts::kRows * i;
+    const SymmetricLanes G = symmetric_at(&stiffness_[kStiffnessLanes * i]);
+    const ContactLanes du = lanes_at(&du_[first]), gamma = lanes_at(&gamma_[first]);
+    ContactLanes x = lanes_at(&impulses_[first]), u = lanes_at(&u_[first]);
+    const Four part = in_all(along);
+    x.n += part * ((gamma.n - ((G(0, 0) * du.n + G(0, 1) * du.t1) + G(0, 2) * du.t2)) - x.n);
+    x.t1 += part * ((gamma.t1 - ((G(1, 0) * du.n + G(1, 1) * du.t1) + G(1, 2) * du.t2)) - x.t1);
+    x.t2 += part * ((gamma.t2 - ((G(2, 0) * du.n + G(2, 1) * du.t1) + G(2, 2) * du.t2)) - x.t2);
+    u = {u.n + part * du.n, u.t1 + part * du.t1, u.t2 + part * du.t2};
+    put(x, &impulses_[first]);
+    put(u, &u_[first]);
+  }
+  // Other contacts, then joint rows.
   const auto go = [&](std::size_t r, double by_stiffness) {
     impulses_[r] += along * ((gamma_[r] - by_stiffness) - impulses_[r]);
     u_[r] += along * du_[r];
   };
-  for (std::size_t c = 0; c < problem_.contacts; ++c) {
-    const double* const G = &stiffness_[9 * c];
-    const double* const du = &du_[3 * c];
+  const double* G = stiffness_.data() + first_other_stiffness();
+  for (std::size_t k = 0; k < other_contacts_; ++k, G += 9) {
+    const std::size_t first = first_other() + 3 * k;
+    const double* const du = &du_[first];
     for (std::size_t i = 0; i < 3; ++i)
-      go(3 * c + i, (G[3 * i] * du[0] + G[3 * i + 1] * du[1]) + G[3 * i + 2] * du[2]);
+      go(first + i, (G[3 * i] * du[0] + G[3 * i + 1] * du[1]) + G[3 * i + 2] * du[2]);
   }
-  for (std::size_t j = 0; j < problem_.bounds.size(); ++j) {
-    const std::size_t r = 3 * problem_.contacts + j;
-    go(r, stiffness_[9 * problem_.contacts + j] * du_[r]);
-  }
+  for (std::size_t j = 0; j < problem_.bounds.size(); ++j, ++G) go(joint_place(j), *G * du_[joint_place(j)]);
 }
 
 /// Of V, for the anchor and slips as they are, by a step at least; u_ and gamma_ are those of V in the end,
@@ -377,8 +437,7 @@ ConvexContacts::Outcome ConvexContacts::minimise(double tolerance, WorkBudget& b
     budget.spend(price_ * kRowWork * static_cast<double>(problem_.rows.size()));
     ++report_.newton_steps;
     // A step of the size of rounding ends the search; else the line search sets its length.
-    double most = 0.0;
-    for (const double du : du_) most = worse_of(most, std::abs(du));
+    const double most = fastest(du_);
     if (!std::isfinite(most)) return Outcome::stuck;
     if (most <= tolerance * 1e-3 && most >= last) return Outcome::solved;  // rounding
     go_along(line_search());

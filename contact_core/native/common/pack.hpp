@@ -73,4 +73,14 @@ TOUCHSTONE_INLINE unsigned bits(Mask2 mask) {
 #endif
 }
 
+TOUCHSTONE_INLINE Double2 square_root(Double2 p) {
+#if defined(__SSE2__)
+  return (Double2)_mm_sqrt_pd((__m128d)p);
+#elif defined(__aarch64__)
+  return (Double2)vsqrtq_f64((float64x2_t)p);
+#else
+  return Double2{__builtin_sqrt(p[0]), __builtin_sqrt(p[1])};
+#endif
+}
+
 }  // namespace touchstone::native::TOUCHSTONE_ISA

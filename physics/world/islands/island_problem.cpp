@@ -70,8 +70,8 @@ void IslandProblem::reserve(const ContactRows& rows, std::size_t units, std::siz
 }
 
 /// A row of a contact in full, after those of the mechanisms.
-void IslandProblem::write_out(const ContactRows::Contact& contact, std::size_t direction, ContactRows& all) {
-  Row& row = rows_.emplace_back();
+void IslandProblem::write_out(const ContactRows::Contact& contact, std::size_t direction, ContactRows& all,
+                              Row& row) {
   row.count = 0;
   std::vector<double>&J = all.J, &Y = all.Y;
   const Vector3 direction_W = direction == 0 ? contact.n_W : direction == 1 ? contact.t1_W : contact.t2_W;
@@ -109,15 +109,36 @@ void IslandProblem::write_out(const ContactRows::Contact& contact, std::size_t d
   }
 }
 
-/// As write_out() has its sides.
-void IslandProblem::add_levers(const ContactRows::Contact& contact, const ContactRows& rows) {
+/// The three rows: units as write_out() has them, of bodies without entries for now.
+void IslandProblem::add_contact(std::size_t contact, ContactRows& rows) {
+  const ContactRows::Contact& given = rows.contacts[contact];
   SparseContacts::Levers& levers = levers_.emplace_back();
   levers.are_of_bodies = true;
-  int count = 0;
-  for (const ContactRows::Side& side : contact.sides) {
+  Row row{{0, 0}, {0, 0}, 0};
+  double sign = 1.0;
+  for (const ContactRows::Side& side : given.sides) {
     if (side.unit == kNoUnit) continue;
+    if (row.count == 0) sign = side.sign;
     levers.are_of_bodies = levers.are_of_bodies && rows.units[side.unit].is_body();
-    levers.of[count++] = side.lever_W;
+    levers.of[row.count] = side.lever_W;
+    row.units[row.count++] = side.unit;
+  }
+  const Vector3* const directions[3] = {&given.n_W, &given.t1_W, &given.t2_W};
+  for (std::size_t i = 0; i < 3; ++i) {
+    levers.directions[i] = sign * *directions[i];
+    rows_.push_back(row);
+    if (!levers.are_of_bodies) write_out(given, i, rows, rows_.back());
+  }
+}
+
+/// The rows of contacts between bodies, for W.
+void IslandProblem::write_out_bodies(ContactRows& rows) {
+  if (are_bodies_written_) return;
+  are_bodies_written_ = true;
+  for (std::size_t c = 0; c < contacts_; ++c) {
+    if (!levers_[c].are_of_bodies) continue;
+    for (std::size_t i = 0; i < 3; ++i)
+      write_out(rows.contacts[group_rows_[3 * c] / 3], i, rows, rows_[3 * c + i]);
   }
 }
 
@@ -131,17 +152,15 @@ void IslandProblem::load(const Islands& islands, const Island& island, ContactRo
   commanded_.clear();
   contacts_ = island.contacts;
   group_entries_ = rows.J.size();
+  are_bodies_written_ = false;
   // The island's blocks are listed in order.
   for (const std::size_t block : islands.blocks_of(island)) {
     const std::size_t first = rows.first_row(block);
     commanded_.push_back(rows.commanded[block]);
     // A contact has three rows and a coefficient of friction.
     if (block < rows.contacts.size()) {
-      for (std::size_t i = 0; i < 3; ++i) {
-        group_rows_.push_back(first + i);
-        write_out(rows.contacts[block], i, rows);
-      }
-      add_levers(rows.contacts[block], rows);
+      for (std::size_t i = 0; i < 3; ++i) group_rows_.push_back(first + i);
+      add_contact(block, rows);
       friction_.push_back(rows.friction[block]);
       continue;
     }
@@ -163,7 +182,8 @@ void IslandProblem::load(const Islands& islands, const Island& island, ContactRo
 }
 
 /// Rows meet that act on the same body or mechanism, and the rows of one contact all act on the same.
-void IslandProblem::load_couplings(const ContactRows& rows) {
+void IslandProblem::load_couplings(ContactRows& rows) {
+  write_out_bodies(rows);
   const std::size_t n = row_count(), contact_rows = 3 * contacts_;
   W_.assign(n * n, 0.0);
   const auto size_at = [&](std::size_t row) { return row < contact_rows ? 3U : 1U; };

@@ -15,10 +15,11 @@ namespace touchstone::physics::stepping {
 class IslandProblem {
  public:
   void reserve(const ContactRows& rows, std::size_t units, std::size_t widest);
-  /// Copies b and x, and writes the bodies' rows out after rows.J and rows.Y, until unload().
+  /// Copies b and x. What is written out after rows.J and rows.Y, then and by load_couplings(), stays until
+  /// unload(); contacts between bodies are not: sparse() has their levers.
   void load(const Islands& islands, const Island& island, ContactRows& rows);
   /// W = J M^-1 J^T, for dense(). @pre load()
-  void load_couplings(const ContactRows& rows);
+  void load_couplings(ContactRows& rows);
   /// The units' masses, for sparse(). @pre load()
   void load_masses(const Islands& islands, const Island& island, const ContactRows& rows);
   void store_impulses(ContactRows& rows) const;
@@ -39,14 +40,17 @@ class IslandProblem {
  private:
   using Row = SparseContacts::Row;
 
-  void write_out(const ContactRows::Contact& contact, std::size_t direction, ContactRows& rows);
-  void add_levers(const ContactRows::Contact& contact, const ContactRows& rows);
+  void add_contact(std::size_t contact, ContactRows& rows);
+  static void write_out(const ContactRows::Contact& contact, std::size_t direction, ContactRows& rows,
+                        Row& row);
+  void write_out_bodies(ContactRows& rows);
 
   std::vector<Row> rows_;                // units as the group counts them
   std::vector<std::size_t> group_rows_;  // by row
   std::vector<double> W_, friction_, compliance_, commanded_;
   std::vector<ContactProblem::Bounds> bounds_;
   std::size_t contacts_ = 0, group_entries_ = 0;   // of rows.J before load()
+  bool are_bodies_written_ = false;                // contacts between bodies, after rows.J
   std::vector<std::uint32_t> sizes_, local_unit_;  // by the island's unit; by unit
   std::vector<double> masses_;                     // of the island's units
   std::vector<SparseContacts::Levers> levers_;     // by contact

@@ -349,7 +349,7 @@ void IslandSolver::limit_energy(const Island& island, ContactRows& rows, StepCon
   solved.residual = velocities_.update(islands_, island, rows).worst;
 }
 
-void IslandSolver::load_couplings(const ContactRows& rows, StepContext& step) {
+void IslandSolver::load_couplings(ContactRows& rows, StepContext& step) {
   problem_.load_couplings(rows);
   const auto size = static_cast<double>(problem_.row_count());
   step.budget.spend(kCouplingWork * size * size);

@@ -41,7 +41,7 @@ class IslandSolver {
  private:
   void solve_island(const Island& island, ContactRows& rows, StepContext& step);
   SolveReport solve_anew(const Island& island, double warm_residual, ContactRows& rows, StepContext& step);
-  void load_couplings(const ContactRows& rows, StepContext& step);
+  void load_couplings(ContactRows& rows, StepContext& step);
   SolveReport solve_dense(ContactRows& rows, WorkBudget* budget);
   SolveReport solve_convex(const Island& island, bool is_refined, bool is_doubtful, ContactRows& rows,
                            StepContext& step);

@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
+
+#include "touchstone/physics/solver/cone_lanes.hpp"
+
 namespace touchstone::physics {
 namespace {
 
@@ -36,6 +40,39 @@ TEST(ConeProjection, TheApexIsInTheCone) {
   const double y[3] = {0.0, 0.0, 0.0};
   double p[3];
   EXPECT_EQ(project_on_cone(0.0, y, 0.0, p), ConeRegion::in);
+}
+
+// In the cone, below it, beside it, on its edge and at its apex; with friction and without.
+TEST(ConeProjection, FourSideBySideHaveTheBitsOfEach) {
+  std::mt19937 random{16};
+  const auto draw = [&] { return 2.0 * static_cast<double>(random()) / 4294967296.0 - 1.0; };
+  for (int i = 0; i < 2000; ++i) {
+    double friction[4], factor[4], y[12], d[12], p[12], G[kStiffnessLanes], slope[4], change[4], residual[4];
+    for (int lane = 0; lane < 4; ++lane) {
+      friction[lane] = random() % 4 == 0 ? 0.0 : 1.0 + draw(), factor[lane] = 1.5 + draw();
+      for (int k = lane; k < 12; k += 4) y[k] = random() % 8 == 0 ? 0.0 : draw(), d[k] = draw();
+      if (random() % 8 == 0) y[lane] = 1.0, y[4 + lane] = friction[lane], y[8 + lane] = 0.0;
+    }
+    put(project_on_cones(four_at(friction), lanes_at(y)), p);
+    put(slopes_of_projection(four_at(friction), lanes_at(y), four_at(factor)), G);
+    const ConeSlopes slopes = slopes_along(four_at(friction), lanes_at(y), lanes_at(d));
+    put(slopes.projection, slope), put(slopes.change, change);
+    put(contact_residuals(four_at(factor), four_at(friction), lanes_at(y), lanes_at(d)), residual);
+    for (int lane = 0; lane < 4; ++lane) {
+      const double one_y[3] = {y[lane], y[4 + lane], y[8 + lane]},
+                   one_d[3] = {d[lane], d[4 + lane], d[8 + lane]};
+      double one_p[3], one_G[9];
+      project_on_cone(friction[lane], one_y, length_of(one_y[1], one_y[2]), one_p);
+      slope_of_projection(friction[lane], one_y, factor[lane], one_G);
+      const ConeSlope one_slope = slope_along(friction[lane], one_y, one_d);
+      for (int k = 0; k < 3; ++k) EXPECT_EQ(p[4 * k + lane], one_p[k]) << i;
+      const int lower[6] = {0, 3, 4, 6, 7, 8};
+      for (int k = 0; k < 6; ++k) EXPECT_EQ(G[4 * k + lane], one_G[lower[k]]) << i;
+      EXPECT_EQ(slope[lane], one_slope.projection) << i;
+      EXPECT_EQ(change[lane], one_slope.change) << i;
+      EXPECT_EQ(residual[lane], contact_residual(factor[lane], friction[lane], one_y, one_d)) << i;
+    }
+  }
 }
 
 }  // namespace
