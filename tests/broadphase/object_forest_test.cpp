@@ -97,6 +97,29 @@ class Wood {
   std::vector<std::uint32_t> moved_;
 };
 
+// The frame in which few move after many did is none that sorts all.
+TEST(ObjectForest, IsNeverSortedAtOnceWhereFewMoveAfterMany) {
+  Wood wood(2000, 64);
+  for (int turn = 0; turn < 3; ++turn) {
+    for (std::uint32_t object = 0; object < wood.objects(); ++object)
+      if (!wood.is_gone(object)) wood.move(object);
+    wood.update();
+    ASSERT_NE(wood.forest().grid(), nullptr);
+    const std::size_t sorts = wood.forest().sorts(), renewals = wood.forest().renewals();
+    for (int frame = 0; frame < 100; ++frame) {
+      for (int i = 0; i < 8; ++i) wood.move(wood.any());
+      wood.go(static_cast<std::uint32_t>(100 * turn + frame));
+      wood.update();
+      wood.add();
+      wood.update();
+      for (int i = 0; i < 4; ++i) wood.expect_partners_of(wood.any());
+    }
+    EXPECT_EQ(wood.forest().grid(), nullptr);
+    EXPECT_EQ(wood.forest().sorts(), sorts);
+    EXPECT_GT(wood.forest().renewals(), renewals);
+  }
+}
+
 TEST(ObjectForest, IsNeverSortedAtOnceWhileObjectsComeOneByOne) {
   Wood wood(2000, 61);
   const std::size_t sorts = wood.forest().sorts();

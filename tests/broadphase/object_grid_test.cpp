@@ -105,6 +105,18 @@ class CrowdScene {
     place();
   }
 
+  /// One in so many, from this one on; other than at first those at no place are found, and others get lost.
+  std::vector<std::uint32_t> move_some(std::uint32_t first, std::uint32_t nth) {
+    std::vector<std::uint32_t> moved;
+    for (std::uint32_t object = first; object < bounds_->objects(); object += nth) {
+      scene_.place(object, pose(static_cast<int>(object + first) % crowd_.objects));
+      bounds_->place(object, scene_.poses);
+      moved.push_back(object);
+    }
+    return moved;
+  }
+  void come(std::uint32_t object) { bounds_->set_object(object, &scene_.trees[object], false); }
+
   bool pairs(std::uint32_t object, std::uint32_t other) const {
     const SolidBounds& b = *bounds_;
     return object != other && !b.is_gone(object) && !b.is_gone(other) &&
@@ -204,6 +216,42 @@ TEST_P(GridOfCrowd, NamesAllNeighboursOfAnObject) {
     std::sort(found.begin(), found.end());
     ASSERT_EQ(found, wanted) << object;
   }
+}
+
+TEST_P(GridOfCrowd, FollowsAFewThatMove) {
+  CrowdScene crowd(GetParam(), 14);
+  if (!GetParam().is_served) return;
+  ASSERT_TRUE(crowd.grid().build(crowd.bounds(), nullptr));
+  for (const std::uint32_t first : {0u, 1u, 0u, 9u, 2u, 1u}) {
+    ASSERT_TRUE(crowd.grid().move(crowd.bounds(), crowd.move_some(first, 30)));
+    ASSERT_EQ(sorted(crowd.found(nullptr)), crowd.wanted()) << first;
+    for (std::uint32_t object = first; object < crowd.bounds().objects(); object += 10) {
+      std::vector<std::uint32_t> found, wanted;
+      crowd.grid().for_each_near(crowd.bounds().object_spheres_W()[object], [&](std::uint32_t other) {
+        if (crowd.pairs(object, other)) found.push_back(other);
+      });
+      for (std::uint32_t other = 0; other < crowd.bounds().objects(); ++other)
+        if (crowd.pairs(object, other)) wanted.push_back(other);
+      std::sort(found.begin(), found.end());
+      ASSERT_EQ(found, wanted) << object;
+    }
+  }
+}
+
+// Those that went and come again, elsewhere; and too many of them.
+TEST(ObjectGrid, FollowsWhatGoesAndComes) {
+  CrowdScene crowd({.name = ""}, 15);
+  ASSERT_TRUE(crowd.grid().build(crowd.bounds(), nullptr));
+  for (const std::uint32_t first : {0u, 5u, 0u}) {
+    for (std::uint32_t object = first; object < 900; object += 40)
+      crowd.bounds().set_object(object, nullptr, false);
+    crowd.grid().note_changes();
+    ASSERT_EQ(sorted(crowd.found(nullptr)), crowd.wanted());
+    for (std::uint32_t object = first; object < 900; object += 40) crowd.come(object);
+    ASSERT_TRUE(crowd.grid().move(crowd.bounds(), crowd.move_some(first, 40)));
+    ASSERT_EQ(sorted(crowd.found(nullptr)), crowd.wanted());
+  }
+  EXPECT_FALSE(crowd.grid().move(crowd.bounds(), crowd.move_some(0, 2)));
 }
 
 TEST(ObjectGrid, GivesTheSameOrderOnAnyNumberOfThreads) {

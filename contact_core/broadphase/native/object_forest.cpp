@@ -92,6 +92,14 @@ bool ObjectForest::has_outgrown(const FloatFrame& fit) const noexcept {
   return false;
 }
 
+/// Whether all must be sorted in another frame. Where no other tree is in the old one, it changes here.
+bool ObjectForest::needs_frame(int i, const FloatFrame& fit) noexcept {
+  if (!decides_frame(i) || !has_outgrown(fit)) return false;
+  if (!trees_[i].is_void || trees_[1 - i].now.tree.size() > 0) return true;
+  frame_ = fit;
+  return false;
+}
+
 void ObjectForest::refit(Tree& tree) noexcept {
   auto box_of = [&](std::uint32_t slot, std::uint32_t object) {
     tree.now.sphere_at[slot] = bounds_.object_spheres_W()[object];
@@ -103,8 +111,13 @@ void ObjectForest::refit(Tree& tree) noexcept {
 void ObjectForest::sort_by_place(std::span<std::uint32_t> objects,
                                  std::vector<std::uint64_t>& keys) const noexcept {
   keys.clear();
-  for (const std::uint32_t object : objects)
-    keys.push_back(std::uint64_t{bounds_.is_gone(object) ? 0 : slot_of(object)} << 32 | object);
+  for (const std::uint32_t object : objects) {
+    const bool is_gone = bounds_.is_gone(object);
+    const std::uint32_t place = is_gone     ? 0
+                                : has_grid_ ? grid_.place_of(bounds_.object_spheres_W()[object])
+                                            : slot_of(object);
+    keys.push_back(std::uint64_t{place} << 32 | object);
+  }
   std::sort(keys.begin(), keys.end());
   for (std::size_t i = 0; i < keys.size(); ++i) objects[i] = static_cast<std::uint32_t>(keys[i]);
 }
@@ -115,10 +128,8 @@ void ObjectForest::update(std::span<const std::uint32_t> moved) noexcept {
   // Moves are counted by tree.
   std::size_t moves[kTrees] = {};
   for (std::uint32_t object : moved) ++moves[tree_of(object)];
-  // Where many move, the grid may do without trees, static objects among its own unless they are too many.
-  const std::uint32_t moving = trees_[kMoving].now.tree.size();
-  has_grid_ = moves[kMoving] > moving / kFew && !bounds_.on_paths() &&
-              trees_[kStatic].now.tree.size() <= moving && grid_.build(bounds_, threads_);
+  const bool is_many = moves[kMoving] > trees_[kMoving].now.tree.size() / kFew;
+  has_grid_ = update_grid(moved, is_many);
   // Each tree is sorted anew, refitted, or updated object by object.
   bool one_by_one[kTrees];
   for (int i = 0; i < kTrees; ++i) {
@@ -128,7 +139,7 @@ void ObjectForest::update(std::span<const std::uint32_t> moved) noexcept {
     tree.moves_since_sort += moves[i];
     tree.new_moves = 0;
     if (has_grid_ && i == kMoving) {
-      tree.renewal.stop();
+      if (is_many) tree.renewal.stop();
       tree.is_void = true, one_by_one[i] = false;
       continue;
     }
@@ -145,6 +156,23 @@ void ObjectForest::update(std::span<const std::uint32_t> moved) noexcept {
   // Such trees also go on with their renewal.
   for (int i = 0; i < kTrees; ++i)
     if (one_by_one[i] && moves[i] > 0) renew(i, moves[i]);
+  if (has_grid_ && !is_many) renew_behind_grid(moved, moves[kMoving]);
+}
+
+/// Where many move, the grid may do without trees, static objects among its own unless they are too many; and
+/// where few move after that, until the tree is made anew. @returns whether it serves.
+bool ObjectForest::update_grid(std::span<const std::uint32_t> moved, bool is_many) noexcept {
+  if (bounds_.on_paths() || trees_[kStatic].now.tree.size() > trees_[kMoving].now.tree.size()) return false;
+  if (is_many) return grid_.build(bounds_, threads_);
+  return has_grid_ && (moved.empty() || grid_.move(bounds_, moved) || grid_.build(bounds_, threads_));
+}
+
+void ObjectForest::renew_behind_grid(std::span<const std::uint32_t> moved, std::size_t moves) noexcept {
+  Tree& tree = trees_[kMoving];
+  for (const std::uint32_t object : moved)
+    if (!bounds_.is_gone(object) && tree_of(object) == kMoving) tree.renewal.note_moved(object, bounds_);
+  if (!moved.empty()) renew(kMoving, moves);
+  has_grid_ = tree.is_void;
 }
 
 void ObjectForest::place_one_by_one(std::span<const std::uint32_t> moved,
@@ -166,17 +194,22 @@ void ObjectForest::place_one_by_one(std::span<const std::uint32_t> moved,
 void ObjectForest::renew(int i, std::size_t moves) noexcept {
   Tree& tree = trees_[i];
   if (!tree.renewal.is_under_way()) {
-    if (4 * tree.moves_since_sort < 3 * std::size_t{tree.now.tree.size()}) return;
+    const bool is_due = tree.is_void || 4 * tree.moves_since_sort >= 3 * std::size_t{tree.now.tree.size()};
+    if (!is_due) return;
     if (!tree.renewal.can_begin(tree.now.tree)) return;  // nothing comes any more: sorted at once
     tree.moves_since_sort = 0;
     tree.renewal.begin(tree.now.tree);
   }
   const auto belongs = [&](std::uint32_t object) { return !bounds_.is_gone(object) && tree_of(object) == i; };
-  const auto outgrown = [&](const FloatFrame& fit) { return decides_frame(i) && has_outgrown(fit); };
+  const auto outgrown = [&](const FloatFrame& fit) { return needs_frame(i, fit); };
   const TreeRenewal::Progress progress = tree.renewal.go_on(
       tree.now, bounds_, frame_, tree.sort, kWorkPerMove * moves + kLeastWork, belongs, outgrown);
-  renewals_ += progress == TreeRenewal::Progress::done;
-  if (progress == TreeRenewal::Progress::goes_on || progress == TreeRenewal::Progress::done) return;
+  if (progress == TreeRenewal::Progress::goes_on) return;
+  if (progress == TreeRenewal::Progress::done) {
+    ++renewals_;
+    tree.is_void = false;
+    return;
+  }
   sort(i);
   refit(tree);
 }

@@ -9,7 +9,8 @@ namespace touchstone {
 
 /// The trees over a scene's objects: moving and static ones have one each, so that static ones are neither
 /// refitted nor paired with each other. After an update in which many move, a grid over all objects may stand
-/// in for them, until few do: making it anew costs less than sorting and refitting a tree.
+/// in for them: making it anew costs less than sorting and refitting a tree. While few move after that, the
+/// grid follows them, and the tree of what moves is made anew by shares.
 class ObjectForest {
  public:
   static constexpr int kMoving = 0, kStatic = 1;
@@ -27,7 +28,7 @@ class ObjectForest {
   const ObjectTree& tree(int i) const { return trees_[i].now.tree; }
   /// The sphere of the object in a slot of a tree.
   const Sphere& sphere_at(int i, std::uint32_t slot) const { return trees_[i].now.sphere_at[slot]; }
-  /// The grid while it stands in for the trees, which are void then; else null.
+  /// The grid while it stands in for the trees, of which that of moving objects is void then; else null.
   const ObjectGrid* grid() const { return has_grid_ ? &grid_ : nullptr; }
   /// How often a tree was sorted within one update, and how often one was renewed by shares.
   std::size_t sorts() const { return sorts_; }
@@ -114,8 +115,11 @@ class ObjectForest {
   void reserve(Tree& tree);
   void sort(int i) noexcept;
   void renew(int i, std::size_t moves) noexcept;
+  void renew_behind_grid(std::span<const std::uint32_t> moved, std::size_t moves) noexcept;
+  bool update_grid(std::span<const std::uint32_t> moved, bool is_many) noexcept;
   bool decides_frame(int i) const noexcept;
   bool has_outgrown(const FloatFrame& fit) const noexcept;
+  bool needs_frame(int i, const FloatFrame& fit) noexcept;
   void refit(Tree& tree) noexcept;
   void place_one_by_one(std::span<const std::uint32_t> moved, const bool (&one_by_one)[kTrees]) noexcept;
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <utility>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/memory/reserve_more.hpp"
@@ -28,9 +29,9 @@ constexpr double kLeastGrowth = 0x1p-60;
 // However few objects there are.
 constexpr std::uint32_t kFewCells = 64;
 
-// Loose objects are tested with each one that is asked for its pairs. There may be these few and one in 1024,
+// Loose objects are tested with each one that is asked for its pairs. There may be these few and one in 64,
 // up to the most.
-constexpr std::uint32_t kFewLoose = 8, kMostLoose = 64;
+constexpr std::uint32_t kFewLoose = 8, kLooseShare = 64, kMostLoose = 64;
 
 constexpr std::uint32_t kLeastObjects = 512, kLeastSamples = 64;
 constexpr std::uint32_t kObjectsPerPart = 4096;
@@ -39,6 +40,11 @@ constexpr double kTestsPerRun = 7.0;
 // A tree takes as long for an object as this many tests, and for a pair.
 constexpr double kTestsPerObject = 96.0, kTestsPerPair = 12.0;
 constexpr std::uint32_t kFramesToWait = 31;
+
+// One object in so many may be late, and these few.
+constexpr std::uint32_t kLateShare = 4, kFewLate = 64;
+// Where an object was that has left: no square of a distance to it is finite.
+constexpr float kGone = 1e30F;
 
 /// Evenly over the objects, but in no step that an order of theirs could follow.
 std::uint32_t sampled(std::uint32_t sample, std::uint32_t samples, std::uint32_t objects) {
@@ -134,6 +140,8 @@ void ObjectGrid::reserve(std::size_t objects) {
   for (GrowingList<float>* list : {&x_, &y_, &z_, &radius_}) reserve_more(*list, objects + 4);
   for (GrowingList<std::uint32_t>* list : {&cell_start_, &row_at_, &row_place_})
     reserve_more(*list, cells + 1);
+  reserve_more(place_, objects), reserve_more(late_, objects / kLateShare + kFewLate);
+  reserve_more(late_head_, cells / kCellsPerList + 1);
 }
 
 bool ObjectGrid::build(const SolidBounds& bounds, TaskRunner* threads) noexcept {
@@ -143,6 +151,8 @@ bool ObjectGrid::build(const SolidBounds& bounds, TaskRunner* threads) noexcept 
   }
   objects_ = bounds.objects();
   is_plain_ = !bounds.has_static();
+  has_places_ = false, late_loose_ = kNoIndex;
+  late_.clear();
   // Trees know tighter boxes than spheres about objects of several solids.
   if (objects_ >= kLeastObjects && bounds.are_single() && choose_cells(bounds) && fill(bounds, threads) &&
       is_quick())
@@ -171,7 +181,7 @@ bool ObjectGrid::choose_cells(const SolidBounds& bounds) noexcept {
     const double pad = (high - low) / 32;
     sample.low[k] = low - pad, sample.extent[k] = (high - low) + 2.0 * pad;
   }
-  const double most = 2.0 * quantile(radii, 0.99);
+  const double most = 2.0 * quantile(radii, 31.0 / 32);
   sample.margin = bounds.margin();
   sample.objects = static_cast<double>(objects_);
   for (const double radius : radii) {
@@ -297,7 +307,8 @@ bool ObjectGrid::fill(const SolidBounds& bounds, TaskRunner* threads) noexcept {
     }
   }
   in_cells_ = part_start_[kLoosePart], loose_ = next - in_cells_;
-  if (loose_ > std::min(kFewLoose + objects_ / 1024, kMostLoose)) return false;
+  loose_now_ = loose_;
+  if (loose_ > most_loose()) return false;
   most_radius_ =
       *std::max_element(chunk_radius_.begin(), chunk_radius_.begin() + static_cast<std::ptrdiff_t>(chunks));
   // Objects are thrown on their parts, and these sorted.
@@ -319,6 +330,69 @@ bool ObjectGrid::fill(const SolidBounds& bounds, TaskRunner* threads) noexcept {
   doubt_ =
       static_cast<float>(reach * reach * 0x1p-15 + 8.0 * reach * (farthest_ * kCoordinateGrowth + tiny_));
   return true;
+}
+
+std::uint32_t ObjectGrid::most_loose() const noexcept {
+  return std::min(kFewLoose + objects_ / kLooseShare, kMostLoose);
+}
+
+bool ObjectGrid::move(const SolidBounds& bounds, std::span<const std::uint32_t> moved) noexcept {
+  if (late_.size() + moved.size() > objects_ / kLateShare + kFewLate) return false;
+  if (!has_places_) find_places();
+  if (place_.size() < bounds.objects()) place_.resize(bounds.objects(), kNoIndex);
+  for (const std::uint32_t object : moved) {
+    leave(object);
+    if (!bounds.is_gone(object)) enter(object, bounds);
+  }
+  return loose_now_ <= most_loose();
+}
+
+void ObjectGrid::find_places() noexcept {
+  has_places_ = true;
+  place_.clear(), late_head_.clear();
+  place_.resize(objects_, kNoIndex);
+  late_head_.resize(count_[0] * count_[1] * count_[2] / kCellsPerList + 1, kNoIndex);
+  for (std::uint32_t at = 0; at < in_cells_ + loose_; ++at) place_[order_[at]] = at;
+}
+
+/// A late object keeps its entry, in no list.
+void ObjectGrid::leave(std::uint32_t object) noexcept {
+  const std::uint32_t at = place_[object];
+  if (at == kNoIndex) return;
+  if ((at & kIsLate) == 0) {
+    order_[at] = kNoIndex;
+    if (at < in_cells_)
+      x_[at] = kGone;
+    else
+      --loose_now_;
+    place_[object] = kNoIndex;
+    return;
+  }
+  const std::uint32_t index = at & ~kIsLate;
+  Late& late = late_[index];
+  if (late.spot.cell == kNowhere) return;
+  if (late.spot.cell == kIsLoose) --loose_now_;
+  std::uint32_t* link = &list_of(late.spot.cell);
+  while (*link != index) link = &late_[*link].next;
+  *link = late.next;
+  late.spot.cell = kNowhere;
+}
+
+void ObjectGrid::enter(std::uint32_t object, const SolidBounds& bounds) noexcept {
+  if (place_[object] == kNoIndex) {
+    place_[object] = static_cast<std::uint32_t>(late_.size()) | kIsLate;
+    late_.push_back({});
+  }
+  const std::uint32_t index = place_[object] & ~kIsLate;
+  Late& late = late_[index];
+  late.spot = {0.0F, 0.0F, 0.0F, 0.0F, object, 0};
+  if (place(bounds.object_spheres_W()[object], late.spot))
+    most_radius_ = std::max(most_radius_, late.spot.radius);
+  else
+    late.spot.cell = kIsLoose, ++loose_now_;
+  std::uint32_t& list = list_of(late.spot.cell);
+  late.next = std::exchange(list, index);
+  is_plain_ = is_plain_ && !bounds.is_static(object);
 }
 
 /// By counting into cells; objects of a cell keep their order.
@@ -395,6 +469,7 @@ void ObjectGrid::list_part(std::size_t part, const SolidBounds& bounds,
   // The part after the last one of cells has the loose objects.
   if (part == cell_parts_) {
     list_loose(bounds, writer);
+    list_late(bounds, writer);
     return;
   }
   // Rows of cells: each object against those after it, in its cell and in the next ones.
@@ -405,6 +480,7 @@ void ObjectGrid::list_part(std::size_t part, const SolidBounds& bounds,
     const std::uint32_t end = cell_start_[(row + 1) * count_[0]];
     const Row place = row_of(row);
     for (std::uint32_t at = cell_start_[row * count_[0]]; at < end; ++at) {
+      if (order_[at] == kNoIndex) continue;
       Probe probe(*this, at);
       auto meet = [&](std::uint32_t other, bool is_sure) {
         if (is_sure && is_plain_)
@@ -419,13 +495,32 @@ void ObjectGrid::list_part(std::size_t part, const SolidBounds& bounds,
   }
 }
 
-/// Loose objects with those in cells, and among themselves.
+/// Loose objects that are not late with all others, and among themselves.
 void ObjectGrid::list_loose(const SolidBounds& bounds, PairList::Writer& writer) const noexcept {
   for (std::uint32_t at = in_cells_; at < in_cells_ + loose_ && !writer.is_full(); ++at) {
     const std::uint32_t object = order_[at];
+    if (object == kNoIndex) continue;
     const auto add_pair = [&](std::uint32_t other) { add(object, other, false, bounds, writer); };
     for_each_in_cells(bounds.object_spheres_W()[object], add_pair);
-    for (std::uint32_t other = at + 1; other < in_cells_ + loose_; ++other) add_pair(order_[other]);
+    for (std::uint32_t other = at + 1; other < in_cells_ + loose_; ++other)
+      if (order_[other] != kNoIndex) add_pair(order_[other]);
+    for (std::uint32_t i = late_loose_; i != kNoIndex; i = late_[i].next) add_pair(late_[i].spot.object);
+  }
+}
+
+/// Late objects with those in cells that are not, and among themselves: each pair from the higher one.
+void ObjectGrid::list_late(const SolidBounds& bounds, PairList::Writer& writer) const noexcept {
+  for (const Late& late : late_) {
+    if (writer.is_full()) return;
+    if (late.spot.cell == kNowhere) continue;
+    const std::uint32_t object = late.spot.object;
+    const Sphere& sphere = bounds.object_spheres_W()[object];
+    const auto add_pair = [&](std::uint32_t other) {
+      const bool is_late = (place_[other] & kIsLate) != 0;
+      if (!is_late || other < object) add(object, other, false, bounds, writer);
+    };
+    for_each_in_cells(sphere, add_pair);
+    for (std::uint32_t i = late_loose_; i != kNoIndex; i = late_[i].next) add_pair(late_[i].spot.object);
   }
 }
 

@@ -7,6 +7,7 @@
 #include "touchstone/contact_core/broadphase/native/float_lanes.hpp"
 #include "touchstone/contact_core/broadphase/native/pair_list.hpp"
 #include "touchstone/contact_core/broadphase/native/solid_bounds.hpp"
+#include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/memory/growing_list.hpp"
 
 namespace touchstone {
@@ -14,7 +15,8 @@ namespace touchstone {
 /// The spheres of all objects of a scene in a uniform grid, made anew by counting in each frame in which many
 /// objects move: cheaper than a tree where sizes and density are much the same. Whether they are is sampled
 /// in each frame that may use the grid; after a refusal, in the 32nd such frame. A few objects may be loose:
-/// giants, strays and those at no finite place are in no cell.
+/// giants, strays and those at no finite place are in no cell. Where few move after it was made, these leave
+/// their places and are late: each is in a list of its new cells, until the grid is made anew.
 ///
 /// Cells stand in rows along the longest side of the scene, rows in square tiles, and objects in the order of
 /// their cells: so a sphere meets its neighbours in few runs of positions, four at a time.
@@ -34,8 +36,16 @@ class ObjectGrid {
   bool build(const SolidBounds& bounds, TaskRunner* threads) noexcept;
   /// Objects were removed or became static since it was built: pairs are tested for that.
   void note_changes() noexcept { is_plain_ = false; }
+  /// These objects were placed anew, or came. False: too many are late or loose by now, and the grid must be
+  /// built. @pre it was built.
+  bool move(const SolidBounds& bounds, std::span<const std::uint32_t> moved) noexcept;
+  /// A number that is near for objects that are near.
+  std::uint32_t place_of(const Sphere& sphere) const noexcept {
+    Spot spot{};
+    return place(sphere, spot) ? spot.cell : kNoIndex;
+  }
 
-  /// One for each run of rows, and one for loose objects.
+  /// One for each run of rows, and one for loose and late objects.
   std::size_t parts() const { return cell_parts_ + 1; }
   /// Writes the pairs whose first object is in this part: each pair comes up in one part. In the same order
   /// on any number of threads.
@@ -45,7 +55,9 @@ class ObjectGrid {
   template <class Visit>
   void for_each_near(const Sphere& sphere, Visit visit) const noexcept {
     for_each_in_cells(sphere, visit);
-    for (std::uint32_t at = in_cells_; at < in_cells_ + loose_; ++at) visit(order_[at]);
+    for (std::uint32_t at = in_cells_; at < in_cells_ + loose_; ++at)
+      if (order_[at] != kNoIndex) visit(order_[at]);
+    for (std::uint32_t i = late_loose_; i != kNoIndex; i = late_[i].next) visit(late_[i].spot.object);
   }
 
  private:
@@ -67,6 +79,15 @@ class ObjectGrid {
   struct Row {
     std::uint32_t y, z;
   };
+  /// An object that moved since build(), and the next one of its list.
+  struct Late {
+    Spot spot;
+    std::uint32_t next;
+  };
+  // Instead of a cell.
+  static constexpr std::uint32_t kNowhere = kNoIndex, kIsLoose = kNoIndex - 1;
+  static constexpr std::uint32_t kIsLate = 1U << 31;  // in a place
+  static constexpr std::uint32_t kCellsPerList = 4;
   struct Sample;
   class Probe;
 
@@ -78,7 +99,20 @@ class ObjectGrid {
         const std::uint32_t row = row_at_[z * count_[1] + y] * count_[0];
         const std::uint32_t end = cell_start_[row + reach.high[0] + 1];
         for (std::uint32_t at = cell_start_[row + reach.low[0]]; at < end; ++at)
-          if (reach.takes_all || meets(reach, at)) visit(order_[at]);
+          if (reach.takes_all ? order_[at] != kNoIndex : meets(reach, x_[at], y_[at], z_[at], radius_[at]))
+            visit(order_[at]);
+        if (!late_.empty()) for_each_late(reach, row + reach.low[0], row + reach.high[0], visit);
+      }
+  }
+
+  /// In these cells of a row.
+  template <class Visit>
+  void for_each_late(const Reach& reach, std::uint32_t low, std::uint32_t high, Visit visit) const noexcept {
+    for (std::uint32_t list = low / kCellsPerList; list <= high / kCellsPerList; ++list)
+      for (std::uint32_t i = late_head_[list]; i != kNoIndex; i = late_[i].next) {
+        const Spot& spot = late_[i].spot;
+        if (spot.cell < low || spot.cell > high) continue;
+        if (reach.takes_all || meets(reach, spot.x, spot.y, spot.z, spot.radius)) visit(spot.object);
       }
   }
 
@@ -100,12 +134,20 @@ class ObjectGrid {
     return {row_place_[row] % count_[1], row_place_[row] / count_[1]};
   }
   void list_loose(const SolidBounds& bounds, PairList::Writer& writer) const noexcept;
+  void list_late(const SolidBounds& bounds, PairList::Writer& writer) const noexcept;
+  void find_places() noexcept;
+  void leave(std::uint32_t object) noexcept;
+  void enter(std::uint32_t object, const SolidBounds& bounds) noexcept;
+  std::uint32_t& list_of(std::uint32_t cell) noexcept {
+    return cell == kIsLoose ? late_loose_ : late_head_[cell / kCellsPerList];
+  }
+  std::uint32_t most_loose() const noexcept;
   void add(std::uint32_t object, std::uint32_t other, bool is_sure, const SolidBounds& bounds,
            PairList::Writer& writer) const noexcept;
 
-  bool meets(const Reach& reach, std::uint32_t at) const noexcept {
-    const float dx = x_[at] - reach.x, dy = y_[at] - reach.y, dz = z_[at] - reach.z;
-    const float sum = reach.radius + radius_[at];
+  static bool meets(const Reach& reach, float x, float y, float z, float radius) noexcept {
+    const float dx = x - reach.x, dy = y - reach.y, dz = z - reach.z;
+    const float sum = reach.radius + radius;
     return !((dx * dx + dy * dy) + dz * dz > sum * sum);
   }
   /// @param v in sides of a cell. @param per_side cells a side.
@@ -136,9 +178,17 @@ class ObjectGrid {
   // By position: first as objects come by parts, then in order.
   GrowingList<Spot> spots_;
   GrowingList<float> x_, y_, z_, radius_;  // and four more, so that registers may be loaded at any position
-  GrowingList<std::uint32_t> order_;       // objects
+  GrowingList<std::uint32_t> order_;       // objects, or none where one has left
   GrowingList<std::uint32_t> cell_start_;  // positions, and the number of objects in cells
   GrowingList<std::uint32_t> row_at_, row_place_;  // rows by place, z first, and back
+
+  // Of objects that moved since: lists begin with the last that came.
+  bool has_places_ = false;
+  GrowingList<std::uint32_t> place_;  // by object: a position, or one of late_
+  GrowingList<Late> late_;
+  GrowingList<std::uint32_t> late_head_;  // by a few cells
+  std::uint32_t late_loose_ = kNoIndex;   // the list of those in no cell
+  std::uint32_t loose_now_ = 0;           // loose ones, late or not
 };
 
 }  // namespace touchstone
