@@ -13,6 +13,8 @@ constexpr double kCoarse = 0x1p-15;
 constexpr double kDefectFactor = 20.0;
 constexpr double kSizeRoundoffs = 24.0;
 constexpr double kPositionRoundoffs = 4.0;
+/// By how much an axis may be longer than 1.
+constexpr double kLongestAxis = 0x1p-15;
 /// At larger angles edges count as crossing ones.
 constexpr double kNearlyParallel = 0x1p-30;
 /// Larger sizes and positions are left to scalar code, which scales them (is_ordinary() in placed_pair.hpp;
@@ -308,6 +310,28 @@ TOUCHSTONE_INLINE Certified certify_one_of_many(const PoseRecord& X_WA, const Bo
   gather_solid(poses_b, shapes_b, B);
   const LaneVerdicts<Pack> verdicts = certify_box_lanes(A, B);
   return verdict((bits(verdicts.separated) & 1u) != 0, (bits(verdicts.overlapping) & 1u) != 0);
+}
+
+/// Whether a face's normal or the cross product of two edges shows a gap wider than `reach`: the first pass's
+/// margin, and |L| <= 1 + 3 delta < 1 + kLongestAxis. Pairs so found are further apart than `reach` by 2^-15
+/// size, which is far beyond the rounding of any distance.
+template <class Pack>
+TOUCHSTONE_INLINE LaneVerdicts<Pack> find_box_lanes_beyond(const BoxLanes<Pack>& A, const BoxLanes<Pack>& B,
+                                                           double reach) {
+  BoxSlacks<Pack> s;
+  find_slacks(A, B, s);
+  const Pack margin = all<Pack>(kCoarse) * s.size + all<Pack>(kPositionRoundoffs * kU) * s.position;
+  const Pack gap = margin + all<Pack>(reach * (1.0 + kLongestAxis));
+  return {(least_slack(s) < -gap) & s.ordinary, MaskOf<Pack>{}};
+}
+
+template <class Pack>
+TOUCHSTONE_INLINE void find_boxes_beyond_inline(const PoseRecord* poses, const BoxRecord* shapes,
+                                                const PairIndices* pairs, std::size_t count, double reach,
+                                                Certified* out) {
+  for_each_two_solids<Pack, BoxLanes>(
+      poses, shapes, pairs, count, out,
+      [reach](const auto& A, const auto& B) { return find_box_lanes_beyond(A, B, reach); });
 }
 
 template <class Pack>

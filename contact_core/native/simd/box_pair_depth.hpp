@@ -106,31 +106,35 @@ TOUCHSTONE_INLINE double least_of_three(Double4 p) {
   return least_01 < p[2] ? least_01 : p[2];
 }
 
-/// @param stop_apart whether the search may end with the faces where one separates
-TOUCHSTONE_INLINE void search_pair_axes(const BoxPair& boxes, const double* R_WB, double tie_of,
+/// @param unit_size kU * size @param stop_apart whether the search may end with the faces where one separates
+TOUCHSTONE_INLINE void search_pair_axes(const BoxPair& boxes, const double* R_WB, double unit_size,
                                         double margin_of, bool stop_apart, PairSearch& search) {
-  const Double4 tie = all<Double4>(tie_of), margin = all<Double4>(margin_of);
+  const Double4 tie = all<Double4>(kTieRoundoffs * unit_size), margin = all<Double4>(margin_of);
+  const Double4 slack_error = all<Double4>(kSlackRoundoffs * unit_size);
   const Double4 infinity = all<Double4>(__builtin_inf());
   // a_b[j]: |normal i of A . direction j of B|, lanes i; b_a[i]: |normal j of B . direction i of A|, lanes j.
   Double4 a_b[3], b_a[3], by_b[3];
   for (int k = 0; k < 3; ++k) a_b[k] = magnitude(dot(boxes.normal[0], boxes.each[1][k]));
   for (int k = 0; k < 3; ++k) b_a[k] = magnitude(dot(boxes.normal[1], boxes.each[0][k]));
   transpose_three(a_b, by_b);  // by_b[i]: lanes j
-  Double4 least_slack = infinity;
+  Double4 least_slack = infinity, least_overlap = infinity;
   for (int s = 0; s < 2; ++s) {
     const Double4(&half)[3] = boxes.half[1 - s];
     const Double4(&products)[3] = s == 0 ? a_b : b_a;
     const Double4 reach = (half[0] * products[0] + half[1] * products[1]) + half[2] * products[2];
     const Double4 slack =
         (boxes.extents[s] * boxes.volume[s] + reach) - magnitude(dot(boxes.normal[s], boxes.T));
-    least_slack = least(least_slack, slack);
-    search.keep(3 * s, dot(boxes.normal[s], boxes.normal[s]),
-                slack < -margin ? slack : greatest(slack, Double4{}));
+    const Double4 overlap = slack < -margin ? slack : greatest(slack, Double4{});
+    least_slack = least(least_slack, slack), least_overlap = least(least_overlap, overlap);
+    search.keep(3 * s, dot(boxes.normal[s], boxes.normal[s]), overlap);
   }
   if (stop_apart && (bits(least_slack < -margin) & 7u) != 0) {
     search.least_slack = least_of_three(least_slack);
     return;
   }
+  // Faces' normals are of length 1 to 2^-18, which the rest of kSurelyMore swallows.
+  const double face = least_of_three(least_overlap);
+  const Double4 best_square = all<Double4>(face * __builtin_fabs(face)), one = all<Double4>(1.0);
   const Double4(&half_a)[3] = boxes.half[0];
   const Double4 next_b = next(boxes.extents[1]), after_b = after_next(boxes.extents[1]);
   int which[3] = {-1, -1, -1};
@@ -142,13 +146,14 @@ TOUCHSTONE_INLINE void search_pair_axes(const BoxPair& boxes, const double* R_WB
     const Double4 radius_b = next_b * after_next(b_a[i]) + after_b * next(b_a[i]);
     const Double4 slack = (radius_a + radius_b) - magnitude(dot(L, boxes.T)), L2 = dot(L, L);
     const Mask4 is_short = L2 < all<Double4>(kShortAxis2), none = L2 <= all<Double4>(kSurelyNoAxis2);
-    const unsigned shorts = bits(is_short & ~none) & 7u;
+    const Mask4 loses = is_short & surely_loses<Double4>(slack, L2, slack_error, best_square, one);
+    const unsigned shorts = bits(is_short & ~none & ~loses) & 7u;
     if (shorts != 0) which[i] = __builtin_ctz(shorts);
     any_short |= shorts;
     if ((bits(none) & 7u) != 0) search.turn = search.turn + (none ? turn_by(L) : Double4{});
     least_slack = least(least_slack, is_short ? infinity : slack);
     search.keep(6 + 3 * i, L2,
-                none ? infinity : (slack < -margin ? slack : greatest(slack, Double4{}) + tie));
+                none | loses ? infinity : (slack < -margin ? slack : greatest(slack, Double4{}) + tie));
   }
   if (any_short != 0)
     least_slack = least(least_slack, refine_pair_axes(boxes, R_WB, which, tie, margin, search));
@@ -257,7 +262,7 @@ TOUCHSTONE_INLINE void compute_box_pair_depth_inline(const PoseRecord& X_WA, con
   const double unit_size = kU * size, unit_position = kU * position;
   const double margin = kParallelepipedRoundoffs * unit_size + kPositionRoundoffs * unit_position;
   PairSearch search;
-  search_pair_axes(boxes, X_WB.R, kTieRoundoffs * unit_size, margin, only_contacts, search);
+  search_pair_axes(boxes, X_WB.R, unit_size, margin, only_contacts, search);
   const bool ordinary = size + position < kOrdinaryHigh;
   const double turn = (search.turn[0] + search.turn[1]) + search.turn[2];
   const bool separated = search.least_slack < -margin && ordinary;

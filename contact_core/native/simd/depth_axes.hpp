@@ -19,6 +19,9 @@ constexpr double kSineRoundoffs = 8.0;
 constexpr double kNoAxis2 = 64 * kU * kU;
 /// Short of which an axis from rounded products is off by less than what is missing to that.
 constexpr double kSurelyNoAxis2 = 16 * kU * kU;
+/// An axis from rounded products is right to 2^-10 of its length, and more, from this square on.
+constexpr double kLeastRounded2 = 0x1p-80;
+constexpr double kSurelyMore = 1.0 + 0x1p-6;
 /// Edges at a sine below 2^-10 span no facet that distance_kernels.hpp takes from rounded products.
 constexpr double kThinSquare = 0x1p-20;
 
@@ -127,6 +130,20 @@ TOUCHSTONE_INLINE Pack signed_square(Pack overlap) {
   return overlap * magnitude(overlap);
 }
 
+/// Whether an axis across edges at a sine below 2^-4 needs no exact products, as with these it would be no
+/// better than the best so far. Rounded products leave its slack s right to E, and |L| to 4 u; from exact
+/// ones s / |L| is right to E, so at least (s - 2 E) / (|L| (1 + 2^-10)) where |L| >= 2^-40. What it is
+/// compared with is as great as the least slack or, of short faces, below all margins: the verdicts do not
+/// change.
+template <class Pack>
+TOUCHSTONE_INLINE MaskOf<Pack> surely_loses(Pack slack, Pack L2, Pack slack_error, Pack best_square,
+                                            Pack best_length2) {
+  const Pack least_of = slack - all<Pack>(2.0) * slack_error;
+  const Pack best = best_square * (L2 * all<Pack>(kSurelyMore));
+  return (L2 >= all<Pack>(kLeastRounded2)) & (least_of > Pack{}) &
+         ((least_of * least_of) * best_length2 > best);
+}
+
 template <class Pack>
 struct AxisSearch {
   Pack slack_error, tie, margin;
@@ -158,9 +175,11 @@ struct AxisSearch {
     const MaskOf<Pack> is_short = axis.L2 < all<Pack>(kShortAxis2);
     if (__builtin_expect(bits(is_short) != 0, 0)) {
       const MaskOf<Pack> none = axis.L2 <= all<Pack>(kSurelyNoAxis2);
+      const MaskOf<Pack> loses =
+          is_short & surely_loses<Pack>(axis.slack, axis.L2, slack_error, best_square, best_length2);
       SearchedAxis<Pack> fine = axis;
-      if (bits(is_short & ~none) != 0) fine = refine();
-      add_short(fine, is_short, none, turn[j], axis);
+      if (bits(is_short & ~none & ~loses) != 0) fine = refine();
+      add_short(fine, is_short, none, loses, turn[j], axis);
     } else {
       least_slack = least(least_slack, axis.slack);
     }
@@ -168,15 +187,16 @@ struct AxisSearch {
   }
 
   TOUCHSTONE_INLINE void add_short(const SearchedAxis<Pack>& refined, MaskOf<Pack> is_short,
-                                   MaskOf<Pack> surely_none, Pack& turn_j, SearchedAxis<Pack>& axis) {
+                                   MaskOf<Pack> surely_none, MaskOf<Pack> loses, Pack& turn_j,
+                                   SearchedAxis<Pack>& axis) {
     const Pack length = square_root(refined.L2);
     const MaskOf<Pack> none = surely_none | (is_short & (refined.L2 <= all<Pack>(kNoAxis2)));
     const Pack slack = is_short ? refined.slack / length : axis.slack;
-    least_slack = none ? least_slack : least(least_slack, slack);
+    least_slack = none | loses ? least_slack : least(least_slack, slack);
     turn_j = turn_j + (none ? turn_by(select<Pack>(surely_none, axis.L, refined.L)) : Pack{});
     const MaskOf<Pack> counts = (refined.slack < -margin * length) & (refined.L2 > all<Pack>(kThinSquare));
     const Pack overlap = counts ? refined.slack : greatest(refined.slack, Pack{}) + tie * length;
-    axis.overlap = is_short ? (none ? all<Pack>(__builtin_inf()) : overlap) : axis.overlap;
+    axis.overlap = is_short ? (none | loses ? all<Pack>(__builtin_inf()) : overlap) : axis.overlap;
     axis.L2 = is_short ? (surely_none ? axis.L2 : refined.L2) : axis.L2;
   }
 

@@ -17,7 +17,8 @@
 // L is off by 2 u a coordinate, a triple product of directions by 7 u, T . L by 8 u t, so a slack by E = 16 u
 // size at most. Hence with m = 64 u size + 4 u P + 2 D >= e + E: s < -m on any axis certifies separation, s >
 // m on all overlap. Edges at a sine below 2^-4 get their axis from exact products, right to 2 u |L|, and the
-// slack from its own projections: s / |L| then is off by E at most, and is what is compared with m. Below 8 u
+// slack from its own projections: s / |L| then is off by E at most, and is what is compared with m. (Those
+// that surely are not the least do without: surely_loses() in depth_axes.hpp.) Below 8 u
 // (4 u, where rounded products are enough to tell) an axis carries no direction; leaving it out turns B by at
 // most twice the sine and changes every other slack by at most 4 times that times size (box_box_overlap.cpp),
 // so the others must exceed m by 8 sines times size for each. A sine is at most |L|_1 + 8 u.

@@ -42,6 +42,11 @@ struct Table {
     certify_boxes_inline<Pack>(poses, shapes, pairs, count, out);
   }
 
+  static void find_boxes_beyond(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
+                                std::size_t count, double reach, Certified* out) {
+    find_boxes_beyond_inline<Pack>(poses, shapes, pairs, count, reach, out);
+  }
+
   static void certify_touching_boxes(const PoseRecord* poses, const BoxRecord* shapes,
                                      const PairIndices* pairs, std::size_t count, Certified* out) {
     if (count == 1)
@@ -168,6 +173,7 @@ struct Table {
         .certify_box_pair = certify_box_pair,
         .certify_boxes = certify_boxes,
         .certify_touching_boxes = certify_touching_boxes,
+        .find_boxes_beyond = find_boxes_beyond,
         .certify_parallelepipeds = certify_parallelepipeds,
         .certify_by_mpr = certify_by_mpr,
         .certify_by_axis = certify_by_axis,

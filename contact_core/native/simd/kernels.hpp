@@ -171,6 +171,10 @@ struct Kernels {
   /// with several axes open; see touching_boxes.hpp.
   void (*certify_touching_boxes)(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
                                  std::size_t count, Certified* out);
+  /// `separated` where a face's normal, or an axis across two edges, shows that the boxes are further apart
+  /// than `reach` [m] by 2^-15 of their size and more, else unknown: then they may be so in a vertex, too.
+  void (*find_boxes_beyond)(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
+                            std::size_t count, double reach, Certified* out);
   /// As certify_parallelepipeds (parallelepiped_overlap.hpp).
   void (*certify_parallelepipeds)(const PoseRecord* poses, const Parallelepiped* shapes,
                                   const PairIndices* pairs, std::size_t count, Certified* out);

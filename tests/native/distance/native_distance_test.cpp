@@ -82,28 +82,45 @@ struct Scene {
   }
 };
 
+/// All pairs, in batches of this size.
+void ask_in_batches(const Narrowphase& native, const Scene& scene, const Query& query, std::size_t size,
+                    std::vector<PairStatus>& status, std::vector<PairGeometry>& geometry) {
+  const auto workspace = native.make_workspace();
+  for (std::size_t first = 0; first < scene.pairs.size(); first += size) {
+    const std::size_t here = std::min(size, scene.pairs.size() - first);
+    native.evaluate({std::span(scene.pairs).subspan(first, here), scene.poses, query},
+                    {std::span(status).subspan(first), std::span(geometry).subspan(first), {}}, *workspace);
+  }
+}
+
 TEST(NativeApart, BatchesOfAnySizeHaveTheBitsOfSingleCalls) {
+  constexpr double kReach = 0.1;
   Random random(31);
   Scene scene;
   for (int i = 0; i < 700; ++i) scene.add(any_pair(random));
+  // Boxes as far apart as a query reaches, on both sides of that.
+  for (int i = 0; i < 600; ++i) {
+    const auto box = [&] {
+      return Hexahedron::from_size({random.uniform(0.2, 2), random.uniform(0.2, 2), random.uniform(0.2, 2)});
+    };
+    Pair pair{box(), box(), random.pose(0.3), random.pose(1.5)};
+    if (i % 3 != 0) move_to(kReach * (1.0 + (i % 2 - 0.5) * std::ldexp(1.0, -random.below(50))), pair);
+    scene.add(pair);
+  }
   const auto native = make_native();
   native->build(scene.solids);
-  const auto workspace = native->make_workspace();
   const std::size_t count = scene.pairs.size();
   std::vector<PairStatus> alone(count), status(count);
   std::vector<PairGeometry> geometry_alone(count), geometry(count);
-  const Query query{QueryKind::distance};
-  for (const std::size_t size : {std::size_t{1}, std::size_t{2}, std::size_t{3}, std::size_t{7}, count}) {
-    for (std::size_t first = 0; first < count; first += size) {
-      const std::size_t here = std::min(size, count - first);
-      native->evaluate({std::span(scene.pairs).subspan(first, here), scene.poses, query},
-                       {std::span(status).subspan(first), std::span(geometry).subspan(first), {}},
-                       *workspace);
-    }
-    if (size == 1) alone = status, geometry_alone = geometry;
-    for (std::size_t i = 0; i < count; ++i) {
-      ASSERT_EQ(status[i], alone[i]) << i;
-      ASSERT_TRUE(same_bits(geometry[i], geometry_alone[i])) << i << " in batches of " << size;
+  for (const double reach : {kInfinity, kReach, 0.0}) {
+    const Query query{QueryKind::distance, reach};
+    ask_in_batches(*native, scene, query, 1, alone, geometry_alone);
+    for (const std::size_t size : {std::size_t{2}, std::size_t{3}, std::size_t{7}, std::size_t{64}, count}) {
+      ask_in_batches(*native, scene, query, size, status, geometry);
+      for (std::size_t i = 0; i < count; ++i) {
+        ASSERT_EQ(status[i], alone[i]) << i;
+        ASSERT_TRUE(same_bits(geometry[i], geometry_alone[i])) << i << " in batches of " << size;
+      }
     }
   }
 }
