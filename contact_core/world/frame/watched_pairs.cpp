@@ -4,6 +4,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <utility>
 
 #include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/memory/reserve_more.hpp"
@@ -20,6 +21,11 @@ constexpr double kReserveRadius = 0.125;
 constexpr double kReserveNeeds = 1.5;
 /// Of more objects than one in this many the pairs are found together with all others.
 constexpr std::size_t kWatchAll = 4;
+/// What has not moved for so many frames rests: an arm's pairs with it are looked at together.
+constexpr std::uint64_t kRestFrames = 8;
+/// All objects look this share further than a warn distance that was raised, so that the next ones like it
+/// cost no search.
+constexpr double kBeyondWarn = 0.125;
 /// Rounding of bounds.
 constexpr double kUp = 1.0 + 0x1p-20;
 
@@ -59,6 +65,9 @@ void WatchedPairs::take_room(const WorldModel& model, bool anew) {
   const std::size_t proxies = model.layout.slot_of_proxy.size();
   size(is_noted_due_, slots), size(is_noted_idle_, slots), size(is_looked_at_, slots), size(reaches_, slots),
       size(regions_, proxies);
+  size(goes_, solids), size(last_frame_, slots);
+  if (anew) going_.clear();
+  reserve_more(going_, slots);
   resize_more(stands_, proxies), resize_more(objects_stand_, slots);
   reserve_more(due_, slots), reserve_more(idle_, slots), reserve_more(moved_, slots),
       reserve_more(movable_, slots);
@@ -91,6 +100,8 @@ bool WatchedPairs::begin(const WorldModel& model, Broadphase& broadphase) {
 
 void WatchedPairs::begin_object(const WorldModel& model, std::uint32_t slot) {
   reaches_[slot] = model.layout.is_alive(slot) ? model.rules.reach_of(model.objects, slot) : 0.0;
+  for (SolidIndex i = model.layout.first_solid[slot]; i < model.layout.first_solid[slot + 1]; ++i)
+    goes_[i] = 0;
   place(model, slot);
   if (model.layout.is_alive(slot)) watch_anew(model, slot);
 }
@@ -146,6 +157,8 @@ void WatchedPairs::take_up_early_reaches(const ObjectTable& objects) {
 }
 
 void WatchedPairs::begin_frame(WorldModel& model) {
+  ++frame_;
+  note_those_at_rest(model);
   if (!is_overflown_) return;
   is_overflown_ = false;
   std::fill(model.travels.of_solid.begin(), model.travels.of_solid.end(), 0.0);
@@ -153,6 +166,17 @@ void WatchedPairs::begin_frame(WorldModel& model) {
   std::fill(model.travels.of_link_pair.begin(), model.travels.of_link_pair.end(), 0.0);
   pairs_.clear();
   needs_watch_ = true;
+}
+
+/// Those that an arm carries are of the arm: they wait until they are let go.
+void WatchedPairs::note_those_at_rest(const WorldModel& model) {
+  erase_if(going_, [&](std::uint32_t slot) {
+    if (frame_ - last_frame_[slot] <= kRestFrames || model.mechanism_of(slot) != nullptr) return false;
+    last_frame_[slot] = 0;
+    for (SolidIndex i = model.layout.first_solid[slot]; i < model.layout.first_solid[slot + 1]; ++i)
+      if (std::exchange(goes_[i], std::uint8_t{0}) != 0) pairs_.note_rests(i, model.travels.of_solid[i]);
+    return true;
+  });
 }
 
 void WatchedPairs::lay_paths(WorldModel& model, std::span<const std::uint32_t> roots) {
@@ -221,11 +245,16 @@ void WatchedPairs::lay_travel(WorldModel& model, SolidIndex solid, const BodySta
   add_travel(model, solid);
 }
 
+void WatchedPairs::note_goes(std::uint32_t slot, SolidIndex solid) {
+  if (std::exchange(goes_[solid], std::uint8_t{1}) == 0) pairs_.note_moves(solid);
+  if (std::exchange(last_frame_[slot], frame_) == 0) going_.push_back(slot);
+}
+
 /// That of the path at hand, to the sums of all paths.
 void WatchedPairs::add_travel(WorldModel& model, SolidIndex solid) {
   Travels& travels = model.travels;
   const std::uint32_t slot = model.layout.slot_of[solid];
-  if (travels.of_solid[solid] == 0.0 && model.mechanism_of(slot) == nullptr) pairs_.note_moves(solid);
+  if (model.mechanism_of(slot) == nullptr) note_goes(slot, solid);
   travels.of_solid[solid] = Travels::sum(travels.of_solid[solid], travels.last_solid[solid]);
   if (!(travels.of_solid[solid] <= travels.solid_limit[solid]) && model.layout.levels[slot] == nullptr)
     note_due(slot);
@@ -468,14 +497,16 @@ void WatchedPairs::add(const WorldModel& model, const WatchedPair& pair) {
   const auto is_of_arm = [&](SolidIndex solid) {
     return model.mechanisms.size() > 0 && model.mechanism_of(model.layout.slot_of[solid]) != nullptr;
   };
-  // Until add_travel() says otherwise.
-  const auto stands = [&](SolidIndex solid) {
-    return !is_of_arm(solid) && model.travels.of_solid[solid] == 0.0;
-  };
-  if (!is_of_arm(pair.a) && !is_of_arm(pair.b))
+  if (!is_of_arm(pair.a) && !is_of_arm(pair.b)) {
     unclear_.push_back(pairs_.add(pair));
-  else
-    unclear_.push_back(pairs_.add_of_arm(pair, stands(pair.b) ? pair.a : stands(pair.a) ? pair.b : kNoIndex));
+    return;
+  }
+  // Until note_goes() says otherwise.
+  const auto stands = [&](SolidIndex solid) { return !is_of_arm(solid) && goes_[solid] == 0; };
+  const SolidIndex standing = stands(pair.b) ? pair.b : stands(pair.a) ? pair.a : kNoIndex;
+  const SolidIndex moving = standing == kNoIndex ? kNoIndex : standing == pair.b ? pair.a : pair.b;
+  const double gone = standing == kNoIndex ? 0.0 : model.travels.of_solid[standing];
+  unclear_.push_back(pairs_.add_of_arm(pair, moving, gone));
 }
 
 void WatchedPairs::update_all(WorldModel& model, Broadphase& broadphase) {

@@ -42,7 +42,8 @@ class WatchedPairs {
 
   // A frame.
 
-  /// Once paths are known, before they are laid: sums of travels that overflowed are counted anew.
+  /// Once paths are known, before they are laid: sums of travels that overflowed are counted anew, and what
+  /// has not moved for some frames counts as at rest.
   void begin_frame(WorldModel& model);
   /// Counts how far the paths of these roots may take each solid. @param roots ascending.
   void lay_paths(WorldModel& model, std::span<const std::uint32_t> roots);
@@ -83,6 +84,8 @@ class WatchedPairs {
   void lay_object_travel(WorldModel& model, std::uint32_t slot, const BodyState& start);
   void lay_travel(WorldModel& model, SolidIndex solid, const BodyState& start);
   void add_travel(WorldModel& model, SolidIndex solid);
+  void note_goes(std::uint32_t slot, SolidIndex solid);
+  void note_those_at_rest(const WorldModel& model);
   void lay_link_travels(WorldModel& model, const MechanismMover& mover);
   void set_region(WorldModel& model, std::uint32_t slot);
   void set_region_of_object(WorldModel& model, std::uint32_t slot);
@@ -102,8 +105,13 @@ class WatchedPairs {
   PairWatch pairs_, pairs_before_;
   std::size_t room_ = 0;
   bool needs_watch_ = true;
-  bool is_overflown_ = false;                // Travels knows nothing any more
-  GrowingList<std::uint32_t> moved_;         // slots
+  bool is_overflown_ = false;         // Travels knows nothing any more
+  GrowingList<std::uint32_t> moved_;  // slots
+  // Solids of no arm that move, or have in the last kRestFrames frames.
+  GrowingList<std::uint8_t> goes_;         // by solid
+  GrowingList<std::uint64_t> last_frame_;  // by slot: in which it moved; 0: it does not go
+  GrowingList<std::uint32_t> going_;       // slots with a last_frame_
+  std::uint64_t frame_ = 1;
   GrowingList<std::uint32_t> due_;           // slots of objects whose pairs are to be found anew
   GrowingList<std::uint8_t> is_noted_due_;   // by slot
   std::vector<std::uint32_t> idle_;          // slots with levels whose pairs were found anew in this frame

@@ -1,6 +1,7 @@
 #include "touchstone/contact_core/world/pairs/pair_watch.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/memory/reserve_more.hpp"
@@ -52,7 +53,7 @@ std::uint32_t PairWatch::add(const WatchedPair& pair) {
   if (free_.empty()) {
     pairs_.push_back(pair);
     links_.resize(2 * pairs_.size());
-    group_of_.push_back(kNoIndex), in_group_.push_back({kNoIndex, kNoIndex});
+    group_of_.push_back(kNoIndex), in_group_.push_back({kNoIndex, kNoIndex, 0.0});
   } else {
     index = free_.back();
     free_.pop_back();
@@ -64,9 +65,9 @@ std::uint32_t PairWatch::add(const WatchedPair& pair) {
   return index;
 }
 
-std::uint32_t PairWatch::add_of_arm(const WatchedPair& pair, SolidIndex moving) {
+std::uint32_t PairWatch::add_of_arm(const WatchedPair& pair, SolidIndex moving, double gone) {
   const std::uint32_t index = add(pair);
-  put_in_group(index, group_for(pair, moving));
+  put_in_group(index, group_for(pair, moving), moving == kNoIndex ? 0.0 : gone);
   return index;
 }
 
@@ -74,18 +75,26 @@ void PairWatch::note_moves(SolidIndex solid) {
   for_each_of(solid, [&](std::uint32_t index) {
     if (group_of_[index] == kNoIndex || pairs_[index].link_pair != kNoLinkPair) return;
     take_out_of_group(index);
-    put_in_group(index, group_for(pairs_[index], kNoIndex));
+    put_in_group(index, group_for(pairs_[index], kNoIndex), 0.0);
   });
 }
 
-void PairWatch::put_in_group(std::uint32_t index, std::uint32_t place) {
+void PairWatch::note_rests(SolidIndex solid, double gone) {
+  for_each_of(solid, [&](std::uint32_t index) {
+    const WatchedPair& pair = pairs_[index];
+    if (group_of_[index] == kNoIndex || pair.link_pair != kNoLinkPair) return;
+    take_out_of_group(index);
+    put_in_group(index, group_for(pair, pair.a == solid ? pair.b : pair.a), gone);
+  });
+}
+
+void PairWatch::put_in_group(std::uint32_t index, std::uint32_t place, double gone) {
   ArmGroup& group = groups_[place];
-  const double clear_until = pairs_[index].clear_until;
   group_of_[index] = place;
-  in_group_[index] = {group.first, kNoIndex};
+  in_group_[index] = {group.first, kNoIndex, gone};
   if (group.first != kNoIndex) in_group_[group.first].previous = index;
-  if (!group.travels_apart)
-    group.least_clear = group.first == kNoIndex ? clear_until : std::min(group.least_clear, clear_until);
+  const double left = left_for_mover(index);
+  group.least_left = group.first == kNoIndex ? left : std::min(group.least_left, left);
   group.first = index;
 }
 
@@ -104,7 +113,7 @@ std::uint32_t PairWatch::group_for(const WatchedPair& pair, SolidIndex moving) {
 
 void PairWatch::take_out_of_group(std::uint32_t index) {
   if (group_of_[index] == kNoIndex) return;
-  const auto [next, previous] = in_group_[index];
+  const auto [next, previous, gone] = in_group_[index];
   if (next != kNoIndex) in_group_[next].previous = previous;
   (previous != kNoIndex ? in_group_[previous].next : groups_[group_of_[index]].first) = next;
   group_of_[index] = kNoIndex;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -45,10 +46,13 @@ class PairWatch {
   /// @pre a < b; the two are not watched yet. @returns its index.
   std::uint32_t add(const WatchedPair& pair);
   /// The same, of a pair in which one solid or both are links of arms. @param moving the link, where the
-  /// other solid is no link and has not moved: its travel is 0. kNoIndex: both are links, or both have moved.
-  std::uint32_t add_of_arm(const WatchedPair& pair, SolidIndex moving);
+  /// other solid is no link and rests; kNoIndex: both are links, or both move. @param gone of the one that
+  /// rests: its travel, which stays as it is [m].
+  std::uint32_t add_of_arm(const WatchedPair& pair, SolidIndex moving, double gone = 0.0);
   /// The solid, of no arm, begins to move: in its pairs with arms both may from now on.
   void note_moves(SolidIndex solid);
+  /// The solid, of no arm, rests from now on. @param gone its travel [m].
+  void note_rests(SolidIndex solid, double gone);
   void remove(std::uint32_t index);
   /// kNoIndex: not watched.
   std::uint32_t find(const SolidPair& pair) const;
@@ -73,33 +77,43 @@ class PairWatch {
   }
 
   /// Calls visit(index) for each pair of an arm that has gone further than it is clear, in no order. An arm
-  /// has many pairs, of which few do: those of one solid with what has never moved, and those of two links,
-  /// have gone equally far, and are looked at together. Those with solids that note_moves() was called for
-  /// are looked at one by one from then on, even where these rest again. visit() may raise `clear_until`, and
-  /// adds and removes none.
+  /// has many pairs, of which few do: those of one solid with what rests, and those of two links, go equally
+  /// far on, and are looked at together. Those with solids that move are looked at one by one. visit() may
+  /// raise `clear_until`, and adds and removes none.
   /// @param gone gone(pair): how far it has, or may have; the same of pairs that travel alike.
   template <class Gone, class Visit>
   void for_each_of_arms_beyond(Gone gone, Visit visit) {
     for (ArmGroup& group : groups_) {
       if (group.first == kNoIndex) continue;
-      const double of_all = gone(pairs_[group.first]);
-      if (of_all <= group.least_clear) continue;
+      if (group.travels_apart) {
+        for (std::uint32_t index = group.first; index != kNoIndex; index = in_group_[index].next)
+          if (!(gone(pairs_[index]) <= pairs_[index].clear_until)) visit(index);
+        continue;
+      }
+      // What moves, or the two links, went less far than any of the pairs is clear: so all are.
+      const double of_first = gone(pairs_[group.first]);
+      const double of_mover = (of_first - in_group_[group.first].gone) + kRounding * of_first;
+      if (of_mover <= group.least_left) continue;
       double least = kInfinity;
       for (std::uint32_t index = group.first; index != kNoIndex; index = in_group_[index].next) {
-        const double& clear_until = pairs_[index].clear_until;
-        if (!((group.travels_apart ? gone(pairs_[index]) : of_all) <= clear_until)) visit(index);
-        least = std::min(least, clear_until);
+        if (!(of_mover <= left_for_mover(index)) && !(gone(pairs_[index]) <= pairs_[index].clear_until))
+          visit(index);
+        least = std::min(least, left_for_mover(index));
       }
-      if (!group.travels_apart) group.least_clear = least;
+      group.least_left = least;
     }
   }
 
  private:
-  /// Pairs of arms that travel alike.
+  /// Pairs of arms that travel alike, but for what the one of the two that rests has gone before.
   struct ArmGroup {
-    std::uint32_t first = kNoIndex;   // of its list
-    bool travels_apart = false;       // those of two movers, which do not: they are always looked at
-    double least_clear = -kInfinity;  // no pair's clear_until is less
+    std::uint32_t first = kNoIndex;  // of its list
+    bool travels_apart = false;      // those of two movers, which do not: they are always looked at
+    double least_left = -kInfinity;  // no pair's left_for_mover() is less
+  };
+  struct InGroup {
+    std::uint32_t next, previous;
+    double gone;  // what the one that rests has gone [m]
   };
 
   // A pair has two places, 2 index for its a and 2 index + 1 for its b, each in the list of that solid.
@@ -107,8 +121,17 @@ class PairWatch {
     std::uint32_t next, previous;
   };
 
+  /// Sums of travels round by less than this share of them.
+  static constexpr double kRounding = 0x1p-49;
+
+  /// The pair is clear while what moves, or the two links, went no further than this [m].
+  double left_for_mover(std::uint32_t index) const {
+    const double clear_until = pairs_[index].clear_until, gone = in_group_[index].gone;
+    return clear_until < kForever ? (clear_until - gone) - kRounding * (std::abs(clear_until) + gone)
+                                  : kForever;
+  }
   std::uint32_t group_for(const WatchedPair& pair, SolidIndex moving);
-  void put_in_group(std::uint32_t index, std::uint32_t place);
+  void put_in_group(std::uint32_t index, std::uint32_t place, double gone);
   void take_out_of_group(std::uint32_t index);
   void put_in(std::uint32_t place, SolidIndex solid);
   void take_out(std::uint32_t place, SolidIndex solid);
@@ -123,7 +146,7 @@ class PairWatch {
 
   GrowingList<ArmGroup> groups_;
   GrowingList<std::uint32_t> group_of_;            // by index of a pair, or kNoIndex
-  GrowingList<Link> in_group_;                     // by index of a pair
+  GrowingList<InGroup> in_group_;                  // by index of a pair
   GrowingList<std::uint32_t> group_of_solid_;      // or kNoIndex
   GrowingList<std::uint32_t> group_of_link_pair_;  // or kNoIndex
   std::uint32_t group_of_two_movers_ = kNoIndex;

@@ -57,48 +57,62 @@ TEST(PairWatch, PairsOfASolidMayBeRemovedWhileTheyAreVisited) {
   EXPECT_NE(watch.find({3, 4}), kNoIndex);
 }
 
-// Pairs of 6 solids with what stands, of 4 pairs of links and of two movers come, go, travel and get new
-// room.
+// Pairs of 6 solids with what rests, of 4 pairs of links and of two movers come, go, travel and get new room;
+// what rests moves at times.
 TEST(PairWatch, FindsPairsOfArmsThatWentFurtherThanTheyAreClear) {
   constexpr std::uint32_t kMoving = 6, kLinkPairs = 4;
   Random random(5);
   PairWatch watch;
   watch.set_solids(60);
   std::set<std::uint32_t> group;  // of those that are here
-  std::vector<double> gone(kMoving + kLinkPairs + 1, 0.0);
-  std::set<SolidIndex> moved;  // of those that stood: they have gone ahead by 5
+  std::vector<double> gone(60, 0.0);
+  std::set<SolidIndex> moving;  // of those of no arm
+  std::size_t looks = 0, here = 0;
   const auto gone_of = [&](const WatchedPair& pair) {
-    return gone[pair.a] + (pair.link_pair == kNoLinkPair && moved.contains(pair.b) ? 5.0 : 0.0);
+    ++looks;
+    return pair.link_pair != kNoLinkPair ? gone[pair.a] : gone[pair.a] + gone[pair.b];
   };
-  std::size_t visits = 0, here = 0;
-  for (int frame = 0; frame < 3000; ++frame) {
+  for (int frame = 0; frame < 6000; ++frame) {
     const SolidIndex a = random.below(kMoving + kLinkPairs + 1), b = 20 + random.below(40);
     const std::uint32_t link_pair = a < kMoving || a == kMoving + kLinkPairs ? kNoLinkPair : a - kMoving;
     if (const std::uint32_t index = watch.find({a, b}); index != kNoIndex)
       watch.remove(index), group.erase(index);
     else
-      group.insert(
-          watch.add_of_arm({a, b, link_pair, kNotKnown}, a < kMoving && !moved.contains(b) ? a : kNoIndex));
-    for (double& travelled : gone) travelled += 0.01 * random.below(100) / 100.0;
-    if (frame % 1000 == 999) moved.insert(20 + frame / 100), watch.note_moves(20 + frame / 100);
+      group.insert(watch.add_of_arm({a, b, link_pair, kNotKnown},
+                                    a < kMoving && !moving.contains(b) ? a : kNoIndex, gone[b]));
+    // All of the arm travels, and so do those that move, which come to rest in the second third of the time.
+    for (SolidIndex i = 0; i < 20; ++i) gone[i] += 0.01 * random.below(100) / 100.0;
+    for (const SolidIndex solid : moving) gone[solid] += 0.3 * random.below(100) / 100.0;
+    if (frame % 30 == 29) {
+      const bool rests = frame / 2000 == 1;
+      const SolidIndex solid = rests && !moving.empty() ? *moving.begin() : 20 + random.below(40);
+      if (moving.erase(solid) != 0)
+        watch.note_rests(solid, gone[solid]);
+      else if (!rests)
+        moving.insert(solid), watch.note_moves(solid);
+    }
     const auto raise = [&](std::uint32_t index) {
       watch[index].clear_until = gone_of(watch[index]) + 1.0 + random.below(100) / 100.0;
     };
     // Every second frame raises what it visits at once, the others afterwards.
+    const std::size_t before = looks;
     std::set<std::uint32_t> visited;
     watch.for_each_of_arms_beyond(gone_of, [&](std::uint32_t index) {
       EXPECT_TRUE(visited.insert(index).second);
       if (frame % 2 == 1) raise(index);
     });
+    if (moving.empty() && frame >= 2000) here += group.size();
+    const std::size_t now = looks;
     for (const std::uint32_t index : group) {
       if (gone_of(watch[index]) <= watch[index].clear_until) continue;
       EXPECT_TRUE(visited.contains(index));
       raise(index);
     }
     for (const std::uint32_t index : visited) EXPECT_TRUE(group.contains(index));
-    visits += visited.size(), here += group.size();
+    looks = moving.empty() && frame >= 2000 ? now : before;
   }
-  EXPECT_LT(visits, here / 2);
+  EXPECT_GT(here, 10000u);
+  EXPECT_LT(looks, here / 4);  // what moved once rests again
   watch.clear();
   watch.for_each_of_arms_beyond([](const WatchedPair&) { return kInfinity; },
                                 [](std::uint32_t) { ADD_FAILURE() << "none is left"; });
