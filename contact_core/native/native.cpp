@@ -50,6 +50,10 @@ class NativeNarrowphase final : public Narrowphase {
 
 std::unique_ptr<Narrowphase> make_native() { return std::make_unique<NativeNarrowphase>(); }
 
+bool is_native(const Narrowphase& narrowphase) {
+  return dynamic_cast<const NativeNarrowphase*>(&narrowphase) != nullptr;
+}
+
 void register_native(BackendRegistry& registry) {
   registry.add(BackendRegistry::NarrowphaseEntry{
       "native",

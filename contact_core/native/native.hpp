@@ -29,6 +29,8 @@ namespace touchstone {
 ///   parallelepipeds.
 /// * evaluate() does not allocate; its workspace is empty.
 std::unique_ptr<Narrowphase> make_native();
+/// Whether make_native() made it.
+bool is_native(const Narrowphase& narrowphase);
 
 /// Adds make_native() as narrowphase `native`; register_core() does it, too.
 /// @throws InputError when the name is taken.

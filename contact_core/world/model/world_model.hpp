@@ -29,7 +29,9 @@ class FrameLanes;
 /// known by its root's slot.
 struct WorldModel {
   std::unique_ptr<Narrowphase> narrowphase;
-  std::unique_ptr<Narrowphase> planner;  // native: plans slides, and motion where the narrowphase only judges
+  // Native: plans slides, and motion where the narrowphase only judges. Null: the narrowphase is native
+  // itself.
+  std::unique_ptr<Narrowphase> planner;
   double gap;
   double margin = 0.0;  // the broadphase's [m]
 

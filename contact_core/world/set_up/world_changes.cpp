@@ -35,11 +35,14 @@ void ContactWorld::State::build_all() {
   list_exempt_pairs(*this, next);
   // The backends are built from it.
   narrowphase->build(next.solids);
-  if (!planner) planner = make_native();
-  planner->build(next.solids);
+  if (is_native(*narrowphase))
+    planner.reset();
+  else if (!planner)
+    planner = make_native();
+  if (planner) planner->build(next.solids);
   build_broadphase(next);
   // The world takes over the new layout and makes room for it.
-  lanes.build(*narrowphase, *planner, next.solids.size());
+  lanes.build(*narrowphase, planner ? *planner : *narrowphase, next.solids.size());
   contact_log.renumber(layout, next);
   layout = std::move(next);
   begin_anew();
@@ -168,7 +171,7 @@ bool ContactWorld::State::replace_object(std::uint32_t slot) {
   if (is_alive || is_new) {
     const auto solids = layout.solids_of(slot);
     if (!narrowphase->set_solids(layout.first_solid[slot], solids)) return false;
-    if (!planner->set_solids(layout.first_solid[slot], solids)) return false;
+    if (planner && !planner->set_solids(layout.first_solid[slot], solids)) return false;
     if (!broadphase->set_object(slot, layout.proxy_trees[slot], layout.is_static[slot] != 0)) return false;
   }
   return is_alive || broadphase->set_object(slot, nullptr, false);
