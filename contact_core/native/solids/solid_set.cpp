@@ -174,15 +174,19 @@ void take_places(SolidSet& set, std::size_t first, const SolidSet& fresh, std::s
   add_places_for_hulls(set, solids);
 }
 
-bool is_plain_box(const Hexahedron& solid) { return solid.is_box() && !solid.is_rounded(); }
-
-}  // namespace
-
-const VertexRecord* vertex_records(const SolidSet& set) {
-  return reinterpret_cast<const VertexRecord*>(set.vertices.data());
+/// The hull of the solid that stood where number `i` is put, if it is the same one: what comes back, as a
+/// tool that was changed or an arm that went, finds its hull. Else null.
+std::shared_ptr<const SolidHull> hull_there(const SolidSet& before, std::size_t i,
+                                            const WorldVertices& vertices) {
+  using Bits = std::array<std::uint64_t, 24>;
+  if (i >= before.kinds.size() || before.ordinary[i] == 0 || before.kinds[i] == SolidKind::box)
+    return nullptr;
+  const bool is_same = std::bit_cast<Bits>(before.vertices[i]) == std::bit_cast<Bits>(vertices);
+  return is_same ? before.hulls[i] : nullptr;
 }
 
-SolidSet make_solid_set(std::span<const Hexahedron> solids) {
+/// Of solids that are to be put into `before` from `first` on.
+SolidSet make_set(std::span<const Hexahedron> solids, const SolidSet& before, std::size_t first) {
   const auto is_box = [](const Hexahedron& solid) { return solid.is_box(); };
   const auto is_rounded = [](const Hexahedron& solid) { return solid.is_rounded(); };
   const bool only_boxes = std::all_of(solids.begin(), solids.end(), is_box);
@@ -199,14 +203,28 @@ SolidSet make_solid_set(std::span<const Hexahedron> solids) {
         solid.is_box() ? SolidKind::box
         : fit          ? SolidKind::parallelepiped
                        : SolidKind::general);
-    set_hull(out, i,
-             out.ordinary[i] == 0 ? make_hull(solid)
-             : solid.is_box()     ? hull_of_boxes()
-                                  : shared.find(solid));
+    if (out.ordinary[i] == 0)
+      set_hull(out, i, make_hull(solid));
+    else if (solid.is_box())
+      set_hull(out, i, hull_of_boxes());
+    else if (std::shared_ptr<const SolidHull> there = hull_there(before, first + i, out.vertices[i]))
+      set_hull(out, i, std::move(there));
+    else
+      set_hull(out, i, shared.find(solid));
     if (!only_boxes) add_parallelepiped(out, i, fit);
   }
   return out;
 }
+
+bool is_plain_box(const Hexahedron& solid) { return solid.is_box() && !solid.is_rounded(); }
+
+}  // namespace
+
+const VertexRecord* vertex_records(const SolidSet& set) {
+  return reinterpret_cast<const VertexRecord*>(set.vertices.data());
+}
+
+SolidSet make_solid_set(std::span<const Hexahedron> solids) { return make_set(solids, {}, 0); }
 
 void take_room(SolidSet& set, std::size_t solids) {
   take_room(set, solids, !set.parallelepipeds.empty(), !set.radii.empty());
@@ -215,7 +233,7 @@ void take_room(SolidSet& set, std::size_t solids) {
 void set_solids(SolidSet& set, std::size_t first, std::span<const Hexahedron> solids) {
   const bool holds_boxes_alone = set.parallelepipeds.empty() && set.radii.empty();
   if (!holds_boxes_alone || !std::all_of(solids.begin(), solids.end(), is_plain_box))
-    return set_solids(set, first, make_solid_set(solids));
+    return set_solids(set, first, make_set(solids, set, first));
   take_places(set, first, set, solids.size());
   // Boxes among boxes are put in their places without a set of their own.
   for (std::size_t i = 0; i < solids.size(); ++i) {
