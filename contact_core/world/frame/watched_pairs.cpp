@@ -82,7 +82,8 @@ void WatchedPairs::take_room(const WorldModel& model, bool anew) {
   reserve_more(partners_, solids), resize_more(marks_, solids), reserve_more(proxies_, proxies);
 }
 
-bool WatchedPairs::begin(const WorldModel& model, Broadphase& broadphase) {
+bool WatchedPairs::begin(const WorldModel& model, Broadphase& broadphase, double within) {
+  half_beyond_ = 0.5 * std::max(within - model.margin, 0.0);
   reaches_.assign(model.layout.slots(), 0.0);
   model.rules.find_reaches(model.objects, reaches_);
   early_reaches_.clear();
@@ -111,13 +112,13 @@ void WatchedPairs::place(const WorldModel& model, std::uint32_t slot) {
   const Layout& layout = model.layout;
   if (layout.levels[slot] != nullptr) {
     place_object(model, slot);
-    regions_[layout.first_proxy[slot]] = reaches_[slot] + model.contact_reach_of_object(slot, 0.0);
+    regions_[layout.first_proxy[slot]] = beyond_margin(slot) + model.contact_reach_of_object(slot, 0.0);
     return;
   }
   for (SolidIndex i = layout.first_solid[slot]; i < layout.first_solid[slot + 1]; ++i) {
     const SolidIndex proxy = layout.proxy_of(slot, i);
     stands_[proxy] = model.from[i];
-    regions_[proxy] = reaches_[slot] + model.contact_reach(i, 0.0);
+    regions_[proxy] = beyond_margin(slot) + model.contact_reach(i, 0.0);
   }
 }
 
@@ -148,6 +149,19 @@ bool WatchedPairs::raise_reach(const WorldModel& model, std::uint32_t slot, doub
   reaches_[slot] = std::max(reaches_[slot], warn);
   watch_anew(model, slot);
   return true;
+}
+
+void WatchedPairs::look_further(const WorldModel& model, double by, double within) {
+  // What is watched already may matter sooner.
+  reserve_more(unclear_, pairs_.size());
+  pairs_.shorten_clearances(by);
+  unclear_.clear();
+  for (std::uint32_t index = 0; index < pairs_.size(); ++index)
+    if (pairs_.is_used(index) && !model.is_clear(pairs_[index])) unclear_.push_back(index);
+  // Others are found with the next frame.
+  if (within <= model.margin + 2.0 * half_beyond_) return;
+  half_beyond_ = 0.5 * ((1.0 + kBeyondWarn) * within - model.margin);
+  needs_watch_ = is_beyond_new_ = true;
 }
 
 void WatchedPairs::take_up_early_reaches(const ObjectTable& objects) {
@@ -332,7 +346,7 @@ void WatchedPairs::set_region(WorldModel& model, std::uint32_t slot) {
     const double usual = kReserveFrames * travels.last_solid[solid] + kReserveRadius * radius;
     const double reserve = is_static ? 0.0 : std::max(usual, kReserveNeeds * travels.needed[solid]);
     stands_[proxy] = model.from[solid];
-    regions_[proxy] = (reserve + reaches_[slot] + model.contact_reach(solid, reserve)) * kUp;
+    regions_[proxy] = (reserve + beyond_margin(slot) + model.contact_reach(solid, reserve)) * kUp;
     // The path at hand is counted already, but not gone yet.
     travels.solid_limit[solid] = travels.of_solid[solid] - travels.last_solid[solid] * kUp + reserve;
   }
@@ -346,7 +360,7 @@ void WatchedPairs::set_region_of_object(WorldModel& model, std::uint32_t slot) {
   const double reserve = std::max(usual, kReserveNeeds * travels.needed_object[slot]);
   place_object(model, slot);
   regions_[model.layout.first_proxy[slot]] =
-      (reserve + reaches_[slot] + model.contact_reach_of_object(slot, reserve)) * kUp;
+      (reserve + beyond_margin(slot) + model.contact_reach_of_object(slot, reserve)) * kUp;
   travels.object_limit[slot] = travels.of_object[slot] - travels.last_object[slot] * kUp + reserve;
 }
 
@@ -515,10 +529,12 @@ void WatchedPairs::update_all(WorldModel& model, Broadphase& broadphase) {
   movable_.clear();
   for (std::uint32_t slot = 0; slot < layout.slots(); ++slot) {
     if (!layout.is_alive(slot)) continue;
-    if (layout.is_static[slot] != 0 && is_noted_due_[slot] == 0 && reaches_[slot] == 0.0) continue;
+    const bool stays = layout.is_static[slot] != 0 && is_noted_due_[slot] == 0 && reaches_[slot] == 0.0;
+    if (stays && !is_beyond_new_) continue;
     set_region(model, slot);
     movable_.push_back(slot);
   }
+  is_beyond_new_ = false;
   broadphase.update_paths({stands_, stands_, regions_}, movable_);
   // The list is rebuilt from the broadphase's pairs.
   std::swap(pairs_before_, pairs_);

@@ -27,8 +27,9 @@ class WatchedPairs {
   /// @param anew as if nothing had happened yet. Pairs of solids that stay keep what is known of them.
   void take_room(const WorldModel& model, bool anew);
   /// Begins at the model's poses: nothing has moved, and no pair is known.
+  /// @param within pairs of the default rule that are no further apart matter [m].
   /// @returns false: the broadphase knows no paths.
-  bool begin(const WorldModel& model, Broadphase& broadphase);
+  bool begin(const WorldModel& model, Broadphase& broadphase, double within);
   /// The slot's object is new, or gone.
   void begin_object(const WorldModel& model, std::uint32_t slot);
   /// Its pairs are forgotten; watch_anew(): and found again with the next frame.
@@ -37,6 +38,9 @@ class WatchedPairs {
   /// A rule may now report what is within `warn` of the object [m].
   /// @returns false: too many wait for their objects to be laid out, so all has to be set up anew.
   bool raise_reach(const WorldModel& model, std::uint32_t slot, double warn);
+  /// From now on pairs of the default rule matter that are up to `by` further apart, no more than `within`
+  /// [m].
+  void look_further(const WorldModel& model, double by, double within);
   /// For those that are laid out by now.
   void take_up_early_reaches(const ObjectTable& objects);
 
@@ -78,6 +82,7 @@ class WatchedPairs {
   const PairWatch& pairs() const { return pairs_; }
 
  private:
+  double beyond_margin(std::uint32_t slot) const { return half_beyond_ + reaches_[slot]; }
   void place(const WorldModel& model, std::uint32_t slot);
   void place_object(const WorldModel& model, std::uint32_t slot);
   void lay_travels(WorldModel& model, std::uint32_t root);
@@ -117,7 +122,9 @@ class WatchedPairs {
   std::vector<std::uint32_t> idle_;          // slots with levels whose pairs were found anew in this frame
   GrowingList<std::uint8_t> is_noted_idle_;  // by slot
   std::vector<double>
-      reaches_;  // by slot: so much further than the default rule's warn distance it looks [m]
+      reaches_;                 // by slot: so much further than the default rule's warn distance it looks [m]
+  double half_beyond_ = 0.0;    // half of what all look further than the broadphase's margin [m]
+  bool is_beyond_new_ = false;  // since the pairs of all were found
   std::vector<std::pair<ObjectHandle, double>> early_reaches_;  // of objects that are not laid out yet
   GrowingList<std::uint32_t> unclear_;  // by index: all that may not be clear, of what rests
 

@@ -128,6 +128,14 @@ void PairWatch::remove(std::uint32_t index) {
   --count_;
 }
 
+// A sum less its rounding, so that any number of calls leaves pairs clear for no longer than they are.
+void PairWatch::shorten_clearances(double by) {
+  for (WatchedPair& pair : pairs_)
+    if (pair.clear_until < kForever)
+      pair.clear_until = (pair.clear_until - by) - 0x1p-50 * std::abs(pair.clear_until);
+  for (ArmGroup& group : groups_) group.least_left = -kInfinity;
+}
+
 std::uint32_t PairWatch::find(const SolidPair& pair) const {
   for (std::uint32_t place = first_[pair.a]; place != kNoIndex; place = links_[place].next)
     if (place % 2 == 0 && pairs_[place / 2].b == pair.b) return place / 2;

@@ -54,6 +54,8 @@ class PairWatch {
   /// The solid, of no arm, rests from now on. @param gone its travel [m].
   void note_rests(SolidIndex solid, double gone);
   void remove(std::uint32_t index);
+  /// What matters reaches `by` further from now on [m]: all pairs are clear for that much less.
+  void shorten_clearances(double by);
   /// kNoIndex: not watched.
   std::uint32_t find(const SolidPair& pair) const;
 

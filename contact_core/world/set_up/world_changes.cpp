@@ -71,7 +71,8 @@ double ContactWorld::State::wanted_margin() const {
 void ContactWorld::State::begin_anew() {
   take_room(true);
   place_all(*this);
-  if (!watched.begin(*this, *broadphase))
+  noted_margin = wanted_margin();
+  if (!watched.begin(*this, *broadphase, noted_margin))
     throw InputError("contact world: broadphase '" + std::string(broadphase->name()) +
                      "' knows poses, no paths");
   needs_places = false;
@@ -81,12 +82,12 @@ void ContactWorld::State::take_up_set_up() {
   if (!needs_layout && !take_up_changes()) needs_layout = true;
   if (needs_layout) {
     build_all();
-  } else if (margin < wanted_margin()) {
-    needs_layout = true;  // should the broadphase throw
-    build_broadphase(layout);
-    needs_layout = false, needs_places = true;
+  } else if (needs_places) {
+    begin_anew();
+  } else if (noted_margin < wanted_margin()) {
+    watched.look_further(*this, wanted_margin() - noted_margin, wanted_margin());
+    noted_margin = wanted_margin();
   }
-  if (needs_places) begin_anew();
   was_reset = false;
 }
 

@@ -55,7 +55,7 @@ struct CubesInARow {
     movers.take_room(places.size(), true);
     watched.take_room(model, true);
     place_all(model);
-    EXPECT_TRUE(watched.begin(model, *broadphase));
+    EXPECT_TRUE(watched.begin(model, *broadphase, 0.0));
   }
 
   MotionCommand go_by(std::size_t cube, double x) const {

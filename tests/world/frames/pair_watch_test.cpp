@@ -118,5 +118,23 @@ TEST(PairWatch, FindsPairsOfArmsThatWentFurtherThanTheyAreClear) {
                                 [](std::uint32_t) { ADD_FAILURE() << "none is left"; });
 }
 
+TEST(PairWatch, ShortensHowLongPairsAreClear) {
+  PairWatch watch;
+  watch.set_solids(3);
+  const std::uint32_t gone = watch.add({1, 2, kNoLinkPair, kNotKnown});
+  const std::uint32_t index = watch.add_of_arm({0, 1, kNoLinkPair, 1.0}, 0, 0.25);
+  watch.remove(gone);
+  const auto went = [](const WatchedPair&) { return 0.75; };
+  std::size_t visits = 0;
+  watch.for_each_of_arms_beyond(went, [&](std::uint32_t) { ++visits; });
+  EXPECT_EQ(visits, 0u);
+  watch.shorten_clearances(0.5);
+  EXPECT_LE(watch[index].clear_until, 0.5);
+  EXPECT_GT(watch[index].clear_until, 0.5 - 1e-14);
+  EXPECT_EQ(watch[gone].clear_until, kInfinity);
+  watch.for_each_of_arms_beyond(went, [&](std::uint32_t) { ++visits; });
+  EXPECT_EQ(visits, 1u);
+}
+
 }  // namespace
 }  // namespace touchstone

@@ -322,6 +322,34 @@ class CountsMoved final : public Broadphase {
   std::shared_ptr<std::size_t> moved_;
 };
 
+// Boxes in a row, 0.2 m apart and 1 mm more from one to the next: what lies between an old warn distance and
+// a larger one is reported, and the next ones like it search for nothing.
+TEST(WorldChanges, OfWarnDistancesReportWhatIsNewWithoutBuilding) {
+  const auto moved = std::make_shared<std::size_t>(0);
+  const auto world = make_world();
+  world->set_broadphase(std::make_unique<CountsMoved>(moved));
+  world->set_default_rule(rule(ContactPolicy::slide, 0.05));
+  constexpr int kBoxes = 100;
+  const auto gap_after = [](int i) { return 0.2 + 0.001 * i; };
+  const auto is_static = [](int i) { return i % 7 < 2; };
+  double x = 0.0;
+  for (int i = 0; i < kBoxes; ++i) {
+    world->add({box_tree("box " + std::to_string(i), {1, 1, 1}), at(x, 0, 0), is_static(i)});
+    x += 1.0 + gap_after(i);
+  }
+  EXPECT_TRUE(world->frame({}).events.empty());
+  bool is_first = true;
+  for (const double warn : {0.2505, 0.2525, 0.2705, 0.2205, 0.2405, 0.2755}) {
+    *moved = 0;
+    world->set_default_rule(rule(ContactPolicy::slide, warn));
+    std::size_t near = 0;
+    for (int i = 0; i + 1 < kBoxes; ++i) near += gap_after(i) < warn && !(is_static(i) && is_static(i + 1));
+    EXPECT_EQ(kinds(world->frame({})), std::vector(near, EventKind::near)) << warn;
+    EXPECT_EQ(*moved > 0, is_first) << warn;
+    is_first = false;
+  }
+}
+
 // Of many objects the few that moved stand where they began, what they touched is reported anew, and what was
 // carried is free.
 TEST(WorldChanges, OfResetsTouchWhatMoved) {
