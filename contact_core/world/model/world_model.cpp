@@ -159,23 +159,15 @@ double WorldModel::travel_on(const MechanismMover& mover, std::uint32_t slot, co
 /// Of two links each joint between them moves the outer one's points about it: by its change times how far
 /// the joint is from the furthest of them, at most.
 void WorldModel::measure_link_travels(const MechanismMover& mover, std::vector<double>& out) const {
-  const auto links = static_cast<std::uint32_t>(mover.X_WL.size());
-  const auto for_each_pair = [&](auto visit) {
-    for (std::uint32_t a = 0; a < links; ++a)
-      for (std::uint32_t b = a + 1; b < links; ++b) visit(a, b, out[mover.first_link_pair + a * links + b]);
-  };
-  for_each_pair([](std::uint32_t, std::uint32_t, double& travel) { travel = 0.0; });
+  const std::span<double> of_pairs = std::span(out).subspan(mover.first_link_pair, mover.link_pairs());
+  std::fill(of_pairs.begin(), of_pairs.end(), 0.0);
   for (std::uint32_t k = 0; k < mover.actual.size(); ++k) {
     const double change = std::abs(mover.path.to()[k] - mover.path.from()[k]);
     if (change == 0.0) continue;
-    for_each_pair([&](std::uint32_t a, std::uint32_t b, double& travel) {
-      const int turn = mover.frame.sign(k, b, a);
-      if (turn == 0) return;
-      const std::uint32_t outer = turn > 0 ? b : a;
-      travel += change * mover.frame.furthest(k, outer, mover.radius_of_link[outer]);
-    });
+    for (const auto& [place, outer] : mover.moved_by(k))
+      of_pairs[place] += change * mover.frame.furthest(k, outer, mover.radius_of_link[outer]);
   }
-  for_each_pair([](std::uint32_t, std::uint32_t, double& travel) { travel *= kUp; });
+  for (double& travel : of_pairs) travel *= kUp;
 }
 
 namespace {

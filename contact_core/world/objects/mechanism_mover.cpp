@@ -48,12 +48,25 @@ MechanismMover::MechanismMover(MechanismPlacement placement)
   for (std::uint32_t link = 0; link < rigid_with.size(); ++link) rigid_with[link] = link;
   for (const Mechanism::Joint& joint : mechanism->joints())
     if (joint.value == Mechanism::kNone) rigid_with[joint.outer] = rigid_with[joint.inner];
+  list_moved_pairs();
   // The mechanism stands at its initial values from the start. Here memory may end, below it may not.
   actual = commanded = initial;
   path.set(placement.X_WB, initial, initial);
   reset();
   frame.set(X_WL);
   go(actual);  // sets reaches
+}
+
+void MechanismMover::list_moved_pairs() {
+  const auto links = static_cast<std::uint32_t>(X_WL.size());
+  for (std::uint32_t value = 0; value < mechanism->value_count(); ++value) {
+    first_moved_pair.push_back(static_cast<std::uint32_t>(moved_pairs.size()));
+    for (std::uint32_t a = 0; a < links; ++a)
+      for (std::uint32_t b = a + 1; b < links; ++b)
+        if (const int turn = frame.sign(value, b, a); turn != 0)
+          moved_pairs.push_back({a * links + b, turn > 0 ? b : a});
+  }
+  first_moved_pair.push_back(static_cast<std::uint32_t>(moved_pairs.size()));
 }
 
 void MechanismMover::go(std::span<const double> to) noexcept {

@@ -36,6 +36,12 @@ struct MechanismMover final : PathViews {
   MechanismPath path;                       ///< of this frame, or sub-step of a slide
   RelativePaths relative;
   JointFrame frame;  ///< of a slide
+  /// Two links a < b of which a joint value moves only one, the outer one: the pair's place is a * links + b.
+  struct MovedPair {
+    std::uint32_t place, outer;
+  };
+  std::vector<MovedPair> moved_pairs;           ///< by joint value
+  std::vector<std::uint32_t> first_moved_pair;  ///< of each value, and one more
   bool is_resting = false;
   double shift_limit = -1.0;  ///< no prismatic value has been further from 0, or is commanded to go [m]
   std::vector<double> radius_of_link;  ///< of all that the link carries, about its origin [m]
@@ -51,6 +57,11 @@ struct MechanismMover final : PathViews {
   std::uint32_t link_pairs() const { return static_cast<std::uint32_t>(X_WL.size() * X_WL.size()); }
   JointMetric metric() const { return {weights, hand == nullptr ? nullptr : &hand->root}; }
 
+  std::span<const MovedPair> moved_by(std::uint32_t value) const {
+    return std::span(moved_pairs)
+        .subspan(first_moved_pair[value], first_moved_pair[value + 1] - first_moved_pair[value]);
+  }
+
   /// Lays the path from the actual joint values; `to` may be a member.
   void go(std::span<const double> to) noexcept;
   /// At the actual joint values.
@@ -59,6 +70,9 @@ struct MechanismMover final : PathViews {
   void reset() noexcept;
   /// Joint values and link poses as the path has them at s.
   void stand_at(double s) noexcept;
+
+ private:
+  void list_moved_pairs();
 };
 
 /// The mechanisms by index.
