@@ -85,6 +85,7 @@ void SlidePairs::reserve_watched(std::size_t watched) {
 }
 
 std::span<const std::uint32_t> SlidePairs::begin(WorldModel& model, const Sliders& sliders) {
+  forget_watches();
   pairs_.clear(), held_.clear(), short_of_pairs_.clear();
   Travels& travels = model.travels;
   std::fill(travels.needed.begin(), travels.needed.end(), 0.0);
@@ -99,10 +100,17 @@ std::span<const std::uint32_t> SlidePairs::begin(WorldModel& model, const Slider
   return short_of_pairs_;
 }
 
+/// What is noted by watched pair is of pairs_ alone: there are many more that are watched.
+void SlidePairs::forget_watches() {
+  for (const FramePair& pair : pairs_)
+    if (pair.watch != kNoIndex)
+      pair_of_[pair.watch] = kNoIndex, is_near_[pair.watch] = 0, passed_on_[pair.watch] = 0;
+}
+
 void SlidePairs::renumber(const PairWatch& watched) {
-  pair_of_.assign(watched.size(), kNoIndex);
-  is_near_.assign(watched.size(), 0);
-  passed_on_.assign(watched.size(), 0);
+  forget_watches();
+  const std::size_t size = std::max<std::size_t>(watched.size(), pair_of_.size());
+  pair_of_.resize(size, kNoIndex), is_near_.resize(size, 0), passed_on_.resize(size, 0);
   for (std::uint32_t i = 0; i < pairs_.size(); ++i) {
     pairs_[i].watch = kNoIndex;
     const std::uint32_t watch = watched.find(pairs_[i].solids);
@@ -398,7 +406,8 @@ void SlidePairs::find_near(const Scope& scope, const Slider& slider) {
   WorldModel& model = scope.model;
   near_.clear();
   if (slider.arm != nullptr) {
-    std::fill(is_near_.begin(), is_near_.end(), std::uint8_t{0});
+    for (const FramePair& pair : pairs_)
+      if (pair.watch != kNoIndex) is_near_[pair.watch] = 0;
     std::fill(model.travels.planned_solid.begin(), model.travels.planned_solid.end(), 0.0);
     std::fill(model.travels.planned_link_pair.begin(), model.travels.planned_link_pair.end(), 0.0);
     ++model.travels.clearings;

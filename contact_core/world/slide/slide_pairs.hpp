@@ -92,6 +92,7 @@ class SlidePairs {
     std::uint32_t root, begin, end;
   };
 
+  void forget_watches();
   std::uint32_t take_in(const WorldModel& model, const PairWatch& watched, std::uint32_t watch);
   void find_close(const Scope& scope);
   void take_in_all(const Scope& scope, std::span<const GatheredPair> found);
