@@ -125,13 +125,21 @@ Lifts slacks_of(std::span<const JointRow> rows) {
   return out;
 }
 
+/// By how much the square of the distance to the goal shrinks.
+double gain_of(const JointVector& goal, const JointMetric& metric, const JointVector& dq) {
+  return 2.0 * joint_product(dq, goal, metric) - joint_product(dq, dq, metric);
+}
+
+/// @param straight by how much the distance to the goal would shrink if nothing were raised for bends, as
+/// gain_of().
 template <int N>
 bool project_lifted(const JointVector& goal, const JointMetric& metric, std::span<const JointRow> rows,
-                    ScaledRows<N>& scaled, JointBends& bends, JointSlidePlan& plan) {
+                    ScaledRows<N>& scaled, JointBends& bends, JointSlidePlan& plan, double& straight) {
   Lifts lift{};
   const Lifts slack = slacks_of(rows);
   for (int round = 0; round < kLiftRounds; ++round) {
     if (!scaled.project(goal, slack, lift, plan)) return false;
+    if (round == 0) straight = gain_of(goal, metric, plan.dq);
     bends.lay(plan.dq);
     bool raised = false;
     for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -155,6 +163,10 @@ void scale(JointVector& v, double factor) {
 /// Shortened by no more than this share a plan is whole: what that costs is of second order.
 constexpr double kWhole = 1.0 - 0x1p-12;
 
+/// No plan gains more than one without bends: where one gains this share of that, none is made for half the
+/// way.
+constexpr double kEnough = 1.0 - 0x1p-4;
+
 /// As far as the distance to the goal shrinks. @returns the share that is left; 0: nothing is to be gained.
 double shorten(const JointVector& goal, const JointMetric& metric, JointVector& dq) {
   const double forward = joint_product(dq, goal, metric), square = joint_product(dq, dq, metric);
@@ -162,11 +174,6 @@ double shorten(const JointVector& goal, const JointMetric& metric, JointVector& 
   const double share = !gains ? 0.0 : forward < square ? forward / square : 1.0;
   scale(dq, share);
   return share;
-}
-
-/// By how much the square of the distance to the goal shrinks.
-double gain_of(const JointVector& goal, const JointMetric& metric, const JointVector& dq) {
-  return 2.0 * joint_product(dq, goal, metric) - joint_product(dq, dq, metric);
 }
 
 }  // namespace
@@ -276,15 +283,21 @@ JointSlidePlan plan_scaled(const JointVector& goal, const JointMetric& metric, s
   if (longest > kLongestChange) scale(wanted, kLongestChange / longest);
   JointSlidePlan plan, best;
   ScaledRows<N> scaled(metric, rows);
-  // Where a plan gains less than its whole, half of it may gain more: its bends are a quarter.
-  double most_gain = 0.0;
+  // Where a plan gains less than it would without bends, half of it may gain more: its bends are a quarter.
+  const bool is_long = longest > kLongestChange;
+  double most_gain = 0.0, straight = kInfinity;
   for (int i = 0; i <= kHalvings; ++i, scale(wanted, 0.5)) {
-    if (!project_lifted(wanted, metric, rows, scaled, bends, plan)) continue;
+    double straight_part = kInfinity;
+    const bool found = project_lifted(wanted, metric, rows, scaled, bends, plan, straight_part);
+    if (i == 0 && !is_long) straight = straight_part;
+    if (!found) continue;
     const double share = shorten(goal, metric, plan.dq);
     if (!(share > 0.0)) continue;
-    plan.is_whole = i == 0 && longest <= kLongestChange && share >= kWhole;
-    if (plan.is_whole) return plan;
     const double gain = gain_of(goal, metric, plan.dq);
+    plan.shortfall = straight - gain;
+    plan.is_for_all = i == 0 && !is_long;
+    plan.is_whole = plan.is_for_all && share >= kWhole;
+    if (plan.is_whole || gain >= kEnough * straight) return plan;
     if (!(gain > most_gain)) break;
     most_gain = gain, best = plan;
   }

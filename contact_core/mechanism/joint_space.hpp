@@ -92,8 +92,10 @@ struct JointSlidePlan {
   int active_count = 0;
   std::array<int, kMostSlideJoints> active{};  ///< rows that hold it back
   JointVector force{};                         ///< of these, f >= 0: M (dq - goal) = sum of f g
-  bool is_whole = false;                       ///< planned for all of the goal, and not shortened
+  bool is_for_all = false;                     ///< planned for all of the goal
+  bool is_whole = false;                       ///< and not shortened
   double left_over = 0.0;  ///< what raising rows for bends added to the square of the distance left, about
+  double shortfall = 0.0;  ///< by how much more the square of the distance would shrink without bends
   std::uint64_t work = 0;  ///< rows that were projected on, each time, and steps of the projections
 };
 

@@ -162,14 +162,38 @@ bool choose_planes(const MechanismMover& arm, ArmObstacles& obstacles, const Joi
   return changed;
 }
 
+/// A plan that leaves less than this share of its gain to the next sub-step is near its end. In the steady
+/// slides of arms another sub-step gained a hundredth of what the first one did, and took as long.
+constexpr double kLittleOfGain = 0x1p-5;
+
+/// Whether a pair in contact does not hold the plan: it parts from it, and what comes then is not foreseen.
+bool parts_from_any(std::span<const NearPair> near, std::span<const SlideRow> rows,
+                    std::span<const int> active) {
+  return std::any_of(near.begin(), near.end(), [&](const NearPair& pair) {
+    if (pair.separation > pair.gap) return false;
+    bool holds = false;
+    for_each_holding(rows, active, [&](std::uint32_t source) { holds = holds || source == pair.source; });
+    return !holds;
+  });
+}
+
+/// Whether a next sub-step would gain little, where this one is gone to its end. @param gain of the plan [m].
+bool is_near_end(const Slider& slider, std::span<const NearPair> near, const JointSlidePlan& plan,
+                 double gain, std::span<const SlideRow> rows, const ArmPlan& out) {
+  if (slider.trust < 1.0 || !plan.is_for_all || shares_room(near)) return false;
+  if (plan.is_whole && leaves_little(slider, plan.left_over)) return true;
+  // What the rows that were raised for bends keep from it is all that is left to gain.
+  const double left = std::max(plan.left_over, plan.shortfall);
+  return left <= 2.0 * kLittleOfGain * gain * slider.distance &&
+         !parts_from_any(near, rows, out.active_rows());
+}
+
 /// Writes the contacts that hold a plan, whether it is worth its while, and its path. @param goal what the
 /// command has left.
 void take_plan(const Slider& slider, ArmObstacles& obstacles, const JointSlidePlan& plan, JointVector goal,
                std::span<const SlideRow> rows, std::span<const JointRow> joint_rows, ArmPlan& out) {
   MechanismMover& arm = *slider.arm;
   // The result names the contacts that hold the plan, and the hand feels them.
-  out.is_near_end = slider.trust == 1.0 && plan.is_whole && !shares_room(obstacles.near()) &&
-                    leaves_little(slider, plan.left_over);
   for (const int row : std::span(plan.active).first(static_cast<std::size_t>(plan.active_count)))
     if (static_cast<std::size_t>(row) < rows.size()) out.active[out.held_by++] = row;
   if (arm.hand != nullptr)
@@ -178,6 +202,7 @@ void take_plan(const Slider& slider, ArmObstacles& obstacles, const JointSlidePl
   // The plan is laid as a path only if it gains enough.
   for (std::size_t k = 0; k < arm.actual.size(); ++k) goal[k] -= plan.dq[k];
   const double gain = slider.distance - std::sqrt(joint_product(goal, goal, arm.metric()));
+  out.is_near_end = is_near_end(slider, obstacles.near(), plan, gain, rows, out);
   out.moves = gain >= kWorthwhile * slider.start_distance && gain > 0.0 && !obstacles.is_over();
   ArmBends::lay_path(arm, out.moves ? plan.dq : JointVector{});
   if (out.moves) arm.path.finish();

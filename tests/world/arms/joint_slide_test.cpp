@@ -58,7 +58,7 @@ TEST(JointSlide, FollowsTheWallWithoutSticking) {
   world->add({box_tree("wall", {40, 1, 4}), at(0, 1.0, 0), true});
   const MechanismHandle arm = world->add_mechanism({make_arm("arm", 3), {}, {0.05, 0, -0.1}});
   int slid = 0, stuck = 0;
-  std::uint32_t limits = 0;
+  std::uint32_t limits = 0, steps = 0;
   std::uint64_t queries = 0;
   double worst = 1.0;
   // It slides along in each frame from the contact on.
@@ -66,6 +66,7 @@ TEST(JointSlide, FollowsTheWallWithoutSticking) {
     const double before = world->joint_values(arm)[0];
     const FrameReport report = move_joints(*world, arm, {0.05 + 0.004 * frame, 0, -0.1});
     slid += report.slide_steps > 0;
+    steps += report.slide_steps;
     stuck += report.slide_steps > 0 && frame < 40 && world->joint_values(arm)[0] - before < 1e-4;
     limits += report.iteration_limits;
     queries = std::max(queries, report.queries);
@@ -73,9 +74,11 @@ TEST(JointSlide, FollowsTheWallWithoutSticking) {
   }
   // Where it ends.
   const auto q = world->joint_values(arm);
-  std::printf("slid %d frames, ends at %.4f %.4f %.4f, least separation %.3f g, worst %llu queries\n", slid,
-              q[0], q[1], q[2], worst / kGap, static_cast<unsigned long long>(queries));
+  std::printf(
+      "slid %d frames in %u sub-steps, ends at %.4f %.4f %.4f, least separation %.3f g, worst %llu queries\n",
+      slid, steps, q[0], q[1], q[2], worst / kGap, static_cast<unsigned long long>(queries));
   EXPECT_GT(slid, 50);
+  EXPECT_LT(steps, 1.2 * slid);  // others would only come down from where bends were cleared
   EXPECT_EQ(stuck, 0);
   EXPECT_EQ(limits, 0u);
   EXPECT_GE(worst, 0.25 * kGap);
