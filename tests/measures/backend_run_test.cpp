@@ -2,7 +2,7 @@
 
 #include "touchstone/examples/measures/runs/backend_run.hpp"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <algorithm>
 #include <set>
@@ -11,6 +11,8 @@
 
 namespace touchstone::measures {
 namespace {
+
+using ::testing::Each;
 
 constexpr std::size_t kPairs = 256;
 constexpr std::size_t kBlock = 32;
@@ -84,6 +86,33 @@ TEST(RawRows, AreOfTheSamePairsAsThoseThroughTheInterface) {
   EXPECT_EQ(timed.size(), repetitions * kPairs);
   for (SolidIndex p = 0; p < kPairs; ++p)
     EXPECT_EQ(timed.count({2 * p, 2 * p + 1}), static_cast<std::size_t>(repetitions)) << p;
+}
+
+/// Right until it was asked a thousand times.
+class Tiring final : public testing::PairByPair {
+ public:
+  Tiring() : PairByPair("tiring", {}) {}
+
+ private:
+  void answer(const NarrowphaseInput&, std::size_t i, const NarrowphaseOutput& output) const override {
+    output.status[i] = ++asked_ > 1000 ? PairStatus::overlapping : PairStatus::separated;
+  }
+  mutable int asked_ = 0;
+};
+
+TEST(Answers, AreThoseAfterTheTimingWhereTheyDiffer) {
+  const BackendRegistry::NarrowphaseEntry entry{"tiring", "", [] { return std::make_unique<Tiring>(); }, {}};
+  const BackendRegistry::NarrowphaseEntry* const entries[] = {&entry};
+  MeasureOptions options;
+  options.perturb = false;
+  options.tail_seconds = 1e3;  // all pairs, however slow the machine
+  for (const bool is_timed : {false, true}) {
+    options.time_pairs = is_timed;
+    const PairSet set = testing::cubes(std::vector<double>(kPairs, 0.5));
+    const auto answers = run_backends(entries, set, options);
+    EXPECT_THAT(answers[0].queries[index_of(QueryKind::overlap)].status,
+                Each(is_timed ? PairStatus::overlapping : PairStatus::separated));
+  }
 }
 
 }  // namespace

@@ -70,8 +70,9 @@ struct MeasureOptions {
 PairSet perturbed_set(const PairSet& set, const MeasureOptions& options);
 
 /// Runs the backends on the set in this process: answers first, then timing with backends, queries and blocks
-/// shuffled, so that a machine that slows down slows all of them. A solid that a backend refuses makes its
-/// cases `unsupported`.
+/// shuffled, so that a machine that slows down slows all of them. The pairs of a set of one frame are asked
+/// again after the timing, as far as options.tail_seconds go: an answer that differs then is the one that
+/// counts. A solid that a backend refuses makes its cases `unsupported`.
 std::vector<BackendAnswers> run_backends(std::span<const BackendRegistry::NarrowphaseEntry* const> backends,
                                          const PairSet& set, const MeasureOptions& options,
                                          const Progress& progress = {});
