@@ -1,6 +1,7 @@
 # Fails when a file includes one of a folder to the right of its own: the order of the parts, and of the folders in the larger ones,
-# as contact_core/documentation/architecture.md has them; and when a folder with sources has no place in its parent's order. The fit
-# of meshes uses geometry alone; examples/own_backend, a project of its own, uses the suite that is installed.
+# as contact_core/documentation/architecture.md has them; when a folder with sources has no place in its parent's order, or none in
+# its parent's row there. The fit of meshes uses geometry alone; examples/own_backend, a project of its own, uses the suite that is
+# installed.
 # cmake -D ROOT=... -P one_way_includes.cmake
 set(parents . contact_core contact_core/fit contact_core/native contact_core/world physics physics/world adapters examples examples/bench
   examples/compare_backends examples/compare_backends/run examples/measures examples/program examples/station
@@ -68,6 +69,15 @@ foreach(source IN LISTS sources)
         string(APPEND backwards "\n  ${source} includes ${include}")
       endif()
     endforeach()
+  endforeach()
+endforeach()
+file(READ ${ROOT}/contact_core/documentation/architecture.md architecture)
+foreach(parent IN LISTS parents)
+  string(REGEX REPLACE "^([^/]+/[^/]+)/.*" "\\1" row ${parent})
+  foreach(folder IN LISTS folders_of_${parent})
+    if(parent MATCHES "/|^physics$" AND NOT architecture MATCHES "\n\\| `${row}` \\|[^\n]*`${folder}`")
+      list(APPEND unplaced "${parent}/${folder} (in the architecture)")
+    endif()
   endforeach()
 endforeach()
 if(unplaced)
