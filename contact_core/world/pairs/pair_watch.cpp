@@ -91,11 +91,53 @@ void PairWatch::note_rests(SolidIndex solid, double gone) {
 void PairWatch::put_in_group(std::uint32_t index, std::uint32_t place, double gone) {
   ArmGroup& group = groups_[place];
   group_of_[index] = place;
-  in_group_[index] = {group.first, kNoIndex, gone};
-  if (group.first != kNoIndex) in_group_[group.first].previous = index;
+  in_group_[index].gone = gone * (1.0 + kRounding);
   const double left = left_for_mover(index);
-  group.least_left = group.first == kNoIndex ? left : std::min(group.least_left, left);
-  group.first = index;
+  if (group.travels_apart || left <= group.most_gone) {
+    hang(index, group.near);
+  } else {
+    hang(index, group.far);
+    group.least_left = std::min(group.least_left, left);
+  }
+}
+
+void PairWatch::hang(std::uint32_t index, std::uint32_t& list) {
+  in_group_[index].next = list, in_group_[index].previous = kNoIndex;
+  if (list != kNoIndex) in_group_[list].previous = index;
+  list = index;
+}
+
+void PairWatch::unhang(std::uint32_t index) {
+  const auto [next, previous, gone] = in_group_[index];
+  ArmGroup& group = groups_[group_of_[index]];
+  if (next != kNoIndex) in_group_[next].previous = previous;
+  if (previous != kNoIndex)
+    in_group_[previous].next = next;
+  else
+    (group.near == index ? group.near : group.far) = next;
+}
+
+/// Of the far pairs those that are no longer clear up to most_gone.
+void PairWatch::take_near(ArmGroup& group) {
+  double least = kInfinity;
+  for (std::uint32_t index = group.far; index != kNoIndex;) {
+    const std::uint32_t next = in_group_[index].next;
+    const double left = left_for_mover(index);
+    if (left > group.most_gone)
+      least = std::min(least, left);
+    else
+      unhang(index), hang(index, group.near);
+    index = next;
+  }
+  group.least_left = least;
+}
+
+/// A near pair that has turned out to be clear for longer.
+void PairWatch::take_far(std::uint32_t index) {
+  ArmGroup& group = groups_[group_of_[index]];
+  if (group.travels_apart) return;
+  unhang(index), hang(index, group.far);
+  group.least_left = std::min(group.least_left, left_for_mover(index));
 }
 
 std::uint32_t PairWatch::group_for(const WatchedPair& pair, SolidIndex moving) {
@@ -113,9 +155,7 @@ std::uint32_t PairWatch::group_for(const WatchedPair& pair, SolidIndex moving) {
 
 void PairWatch::take_out_of_group(std::uint32_t index) {
   if (group_of_[index] == kNoIndex) return;
-  const auto [next, previous, gone] = in_group_[index];
-  if (next != kNoIndex) in_group_[next].previous = previous;
-  (previous != kNoIndex ? in_group_[previous].next : groups_[group_of_[index]].first) = next;
+  unhang(index);
   group_of_[index] = kNoIndex;
 }
 
@@ -133,7 +173,7 @@ void PairWatch::shorten_clearances(double by) {
   for (WatchedPair& pair : pairs_)
     if (pair.clear_until < kForever)
       pair.clear_until = (pair.clear_until - by) - 0x1p-50 * std::abs(pair.clear_until);
-  for (ArmGroup& group : groups_) group.least_left = -kInfinity;
+  for (ArmGroup& group : groups_) group.least_left = -kInfinity;  // none is known to be far
 }
 
 std::uint32_t PairWatch::find(const SolidPair& pair) const {

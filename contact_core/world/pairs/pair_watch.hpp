@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -86,36 +85,37 @@ class PairWatch {
   template <class Gone, class Visit>
   void for_each_of_arms_beyond(Gone gone, Visit visit) {
     for (ArmGroup& group : groups_) {
-      if (group.first == kNoIndex) continue;
-      if (group.travels_apart) {
-        for (std::uint32_t index = group.first; index != kNoIndex; index = in_group_[index].next)
-          if (!(gone(pairs_[index]) <= pairs_[index].clear_until)) visit(index);
-        continue;
+      const std::uint32_t first = group.near != kNoIndex ? group.near : group.far;
+      if (first == kNoIndex) continue;
+      // Where what moves, or the two links, went less far than any far pair is clear, all of these are.
+      const double of_first = gone(pairs_[first]);
+      const double of_mover = (of_first - in_group_[first].gone) + 2.0 * kRounding * of_first;
+      if (!group.travels_apart) {
+        group.most_gone = std::max(group.most_gone, of_mover);
+        if (of_mover > group.least_left) take_near(group);
       }
-      // What moves, or the two links, went less far than any of the pairs is clear: so all are.
-      const double of_first = gone(pairs_[group.first]);
-      const double of_mover = (of_first - in_group_[group.first].gone) + kRounding * of_first;
-      if (of_mover <= group.least_left) continue;
-      double least = kInfinity;
-      for (std::uint32_t index = group.first; index != kNoIndex; index = in_group_[index].next) {
-        if (!(of_mover <= left_for_mover(index)) && !(gone(pairs_[index]) <= pairs_[index].clear_until))
-          visit(index);
-        least = std::min(least, left_for_mover(index));
+      for (std::uint32_t index = group.near; index != kNoIndex;) {
+        const std::uint32_t next = in_group_[index].next;
+        const bool is_left = !group.travels_apart && of_mover <= left_for_mover(index);
+        if (!is_left && !(gone(pairs_[index]) <= pairs_[index].clear_until)) visit(index);
+        if (left_for_mover(index) > group.most_gone) take_far(index);
+        index = next;
       }
-      group.least_left = least;
     }
   }
 
  private:
   /// Pairs of arms that travel alike, but for what the one of the two that rests has gone before.
   struct ArmGroup {
-    std::uint32_t first = kNoIndex;  // of its list
-    bool travels_apart = false;      // those of two movers, which do not: they are always looked at
-    double least_left = -kInfinity;  // no pair's left_for_mover() is less
+    std::uint32_t near = kNoIndex;  // of the list of those that are looked at
+    std::uint32_t far = kNoIndex;   // of the list of the others: these are clear up to most_gone
+    bool travels_apart = false;     // those of two movers, which do not travel alike: all are near
+    double least_left = kInfinity;  // no left_for_mover() of a far pair is less
+    double most_gone = 0.0;         // that the one that moves went, or might have in a plan [m]
   };
   struct InGroup {
     std::uint32_t next, previous;
-    double gone;  // what the one that rests has gone [m]
+    double gone;  // what the one that rests has gone, rounded up [m]
   };
 
   // A pair has two places, 2 index for its a and 2 index + 1 for its b, each in the list of that solid.
@@ -128,13 +128,15 @@ class PairWatch {
 
   /// The pair is clear while what moves, or the two links, went no further than this [m].
   double left_for_mover(std::uint32_t index) const {
-    const double clear_until = pairs_[index].clear_until, gone = in_group_[index].gone;
-    return clear_until < kForever ? (clear_until - gone) - kRounding * (std::abs(clear_until) + gone)
-                                  : kForever;
+    return pairs_[index].clear_until - in_group_[index].gone;
   }
   std::uint32_t group_for(const WatchedPair& pair, SolidIndex moving);
   void put_in_group(std::uint32_t index, std::uint32_t place, double gone);
   void take_out_of_group(std::uint32_t index);
+  void take_near(ArmGroup& group);
+  void take_far(std::uint32_t index);
+  void hang(std::uint32_t index, std::uint32_t& list);
+  void unhang(std::uint32_t index);
   void put_in(std::uint32_t place, SolidIndex solid);
   void take_out(std::uint32_t place, SolidIndex solid);
 
