@@ -112,7 +112,7 @@ TEST(PairWatch, FindsPairsOfArmsThatWentFurtherThanTheyAreClear) {
     looks = moving.empty() && frame >= 2000 ? now : before;
   }
   EXPECT_GT(here, 10000u);
-  EXPECT_LT(looks, here / 4);  // what moved once rests again
+  EXPECT_LT(6 * looks, here);  // what moved once rests again
   watch.clear();
   watch.for_each_of_arms_beyond([](const WatchedPair&) { return kInfinity; },
                                 [](std::uint32_t) { ADD_FAILURE() << "none is left"; });
