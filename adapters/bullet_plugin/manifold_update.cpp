@@ -161,24 +161,57 @@ class OldPoints {
 /// No feature of the check's has all bits set.
 constexpr std::uint32_t kMiddle = 0xffffffff;
 
-/// The points found; where asked for, of four points their middle in place of the one that counts least.
-/// Separation is linear over plane faces, so the middle's is the mean. The solver takes it first, and one row
-/// through the middle of a face carries what rests on it without turning it; four corners, taken one after
-/// the other, turn it to and fro, and few iterations leave some of that in every step. (The engine's hull
-/// check begins at the faces' middles, too.)
+/// Of four points.
+using Weights = std::array<btScalar, MANIFOLD_CACHE_SIZE>;
+using Corners = std::array<FoundPoint, MANIFOLD_CACHE_SIZE>;
+
+/// A place between the corners as their weighted mean; none for one that is not.
+std::optional<Weights> weights_at(const btVector3& place, const Corners& corners) {
+  const auto away = [&](int i) { return corners[i].point_on_B - corners[0].point_on_B; };
+  const btVector3 way = place - corners[0].point_on_B;
+  int across = 1;
+  for (int i = 2; i < MANIFOLD_CACHE_SIZE; ++i)
+    if (away(i).length2() > away(across).length2()) across = i;
+  // In one of the two triangles on that diagonal.
+  for (int aside = 1; aside < MANIFOLD_CACHE_SIZE; ++aside) {
+    if (aside == across) continue;
+    const btVector3 u = away(across), v = away(aside);
+    const btScalar uu = u.dot(u), uv = u.dot(v), vv = v.dot(v), wu = way.dot(u), wv = way.dot(v);
+    const btScalar area = uu * vv - uv * uv;
+    const btScalar s = wu * vv - wv * uv, t = wv * uu - wu * uv;
+    if (!(area > 0) || s < 0 || t < 0 || s + t > area) continue;
+    Weights weights{};
+    weights[0] = 1 - (s + t) / area;
+    weights[across] = s / area;
+    weights[aside] = t / area;
+    return weights;
+  }
+  return std::nullopt;
+}
+
+/// The points found; where asked for, of four points one in their midst in place of the shallowest. The
+/// solver takes it first, and one row through the place where a pair presses carries what rests on it without
+/// turning it; four corners, taken one after the other, turn it to and fro, and few iterations leave some of
+/// that in every step. (The engine's hull check begins at the faces' middles, too.) It begins in the middle
+/// and goes half of the way to the centre of the last step's impulses at each update: the corners are left
+/// little to do then, and in whole ways it swings.
 class Supported {
  public:
-  Supported(std::span<const FoundPoint> found, const ManifoldFeatures& before, bool by_middle)
+  Supported(const ObjectPair& objects, std::span<const FoundPoint> found,
+            const btPersistentManifold& manifold, const ManifoldFeatures& before, bool by_middle)
       : count_(found.size()), has_middle_(by_middle && found.size() == MANIFOLD_CACHE_SIZE) {
     std::copy(found.begin(), found.end(), points_.begin());
     if (!has_middle_) return;
+    // Separation is linear over plane faces.
     FoundPoint middle = points_[0];
     middle.point_on_B = btVector3(0, 0, 0), middle.distance = 0, middle.feature_id = kMiddle;
-    for (const FoundPoint& point : points_) {
-      middle.point_on_B += btScalar(0.25) * point.point_on_B;
-      middle.distance += btScalar(0.25) * point.distance;
+    const Weights weights = weights_of_middle(objects, manifold, before);
+    for (std::size_t i = 0; i < count_; ++i) {
+      middle.point_on_B += weights[i] * points_[i].point_on_B;
+      middle.distance += weights[i] * points_[i].distance;
     }
-    points_[left_out(before)] = points_[0];
+    const auto is_deeper = [](const FoundPoint& a, const FoundPoint& b) { return a.distance < b.distance; };
+    *std::max_element(points_.begin(), points_.end(), is_deeper) = points_[0];
     points_[0] = middle;
   }
 
@@ -186,20 +219,35 @@ class Supported {
   bool has_middle() const { return has_middle_; }
 
  private:
-  /// The one left out before, as long as it is not the deepest, so that corners do not take turns; else the
-  /// shallowest.
-  std::size_t left_out(const ManifoldFeatures& before) const {
-    std::size_t deepest = 0, shallowest = 0, last = 0, missing = 0;
-    for (std::size_t i = 0; i < count_; ++i) {
-      if (points_[i].distance < points_[deepest].distance) deepest = i;
-      if (points_[i].distance > points_[shallowest].distance) shallowest = i;
-      const auto end = before.ids.begin() + before.count;
-      if (std::find(before.ids.begin(), end, points_[i].feature_id) == end) last = i, ++missing;
-    }
-    return missing == 1 && last != deepest ? last : shallowest;
+  /// Whether the middle's two places came apart along the faces since the last update, by more than a
+  /// hundredth of the breaking threshold: friction off the middle would turn what slides.
+  bool slides(const ObjectPair& objects, const btPersistentManifold& manifold) const {
+    const btManifoldPoint& last = manifold.getContactPoint(0);
+    const btVector3 apart = objects.a.getCollisionObject()->getWorldTransform() * last.m_localPointA -
+                            objects.b.getCollisionObject()->getWorldTransform() * last.m_localPointB;
+    const btVector3& n = points_[0].normal_on_B;
+    const btScalar least = btScalar(0.01) * manifold.getContactBreakingThreshold();
+    return (apart - apart.dot(n) * n).length2() > least * least;
   }
 
-  std::array<FoundPoint, MANIFOLD_CACHE_SIZE> points_;
+  Weights weights_of_middle(const ObjectPair& objects, const btPersistentManifold& manifold,
+                            const ManifoldFeatures& before) const {
+    constexpr Weights kEqual = {btScalar(0.25), btScalar(0.25), btScalar(0.25), btScalar(0.25)};
+    const bool has_one = before.count == MANIFOLD_CACHE_SIZE && before.ids[0] == kMiddle;
+    if (!has_one || manifold.getNumContacts() != before.count || slides(objects, manifold)) return kEqual;
+    btVector3 moment(0, 0, 0);
+    btScalar impulse = 0;
+    for (int k = 0; k < before.count; ++k) {
+      const btManifoldPoint& point = manifold.getContactPoint(k);
+      moment += point.m_appliedImpulse * point.m_localPointB;
+      impulse += point.m_appliedImpulse;
+    }
+    if (!(impulse > 0)) return kEqual;
+    const btVector3 p_B = btScalar(0.5) * (moment / impulse + manifold.getContactPoint(0).m_localPointB);
+    return weights_at(objects.b.getCollisionObject()->getWorldTransform() * p_B, points_).value_or(kEqual);
+  }
+
+  Corners points_;
   std::size_t count_;
   bool has_middle_;
 };
@@ -223,19 +271,17 @@ Slots deepest_last(std::span<const FoundPoint> found, const Matching& matching, 
   return order;
 }
 
-/// The same for points that hold less than the solid's breadth, a margin's within its edges or three and a
-/// middle: there the deepest last rights too much. A middle first; the others where the solids lean in the
-/// order found, begun one place further on at each update, and after each round the other way about.
-Slots turned_order(const Supported& supported, ManifoldFeatures& features) {
-  const std::span<const FoundPoint> found = supported.points();
+/// The same for points within the solid's breadth, a margin's within its edges: there the deepest last rights
+/// too much. Where the solids lean the order found, begun one place further on at each update, and after each
+/// round the other way about.
+Slots turned_order(std::span<const FoundPoint> found, ManifoldFeatures& features) {
   const auto is_level = [&](const FoundPoint& point) { return point.distance == found[0].distance; };
   if (!std::all_of(found.begin(), found.end(), is_level)) ++features.turns;
-  const std::size_t first = supported.has_middle() ? 1 : 0, count = found.size() - first;
+  const std::size_t count = found.size();
   const bool backwards = (features.turns / count) % 2 != 0;
   Slots order;
-  order[0] = 0;
   for (std::size_t i = 0; i < count; ++i)
-    order[first + (backwards ? count - 1 - i : i)] = static_cast<int>(first + (i + features.turns) % count);
+    order[backwards ? count - 1 - i : i] = static_cast<int>((i + features.turns) % count);
   return order;
 }
 
@@ -266,7 +312,7 @@ void call_added(const ObjectPair& objects, btManifoldPoint& point) {
 void update_manifold(const ObjectPair& objects, std::span<const FoundPoint> points,
                      btPersistentManifold& manifold, ManifoldFeatures& features, bool by_middle) {
   // The points to keep; none empties the manifold.
-  const Supported supported(points, features, by_middle);
+  const Supported supported(objects, points, manifold, features, by_middle);
   const std::span<const FoundPoint> found = supported.points();
   const int old_count = manifold.getNumContacts(), count = static_cast<int>(found.size());
   if (old_count == 0 && count == 0) {
@@ -280,8 +326,10 @@ void update_manifold(const ObjectPair& objects, std::span<const FoundPoint> poin
   // Found points are matched with old ones, and put in order.
   const Materials materials(*objects.a.getCollisionObject(), *objects.b.getCollisionObject());
   const Matching matching(objects, found, manifold, features);
-  const bool turns = supported.has_middle() || has_margin(objects.a) || has_margin(objects.b);
-  const Slots order = turns ? turned_order(supported, features) : deepest_last(found, matching, old_count);
+  const bool turns = has_margin(objects.a) || has_margin(objects.b);
+  const Slots order = supported.has_middle() ? Slots{0, 1, 2, 3}
+                      : turns                ? turned_order(found, features)
+                                             : deepest_last(found, matching, old_count);
   const OldPoints old(manifold, (materials.flags & BT_CONTACT_FLAG_FRICTION_ANCHOR) != 0);
   // Matched points carry on their impulses; the others begin anew.
   drop_the_rest(matching, count, manifold);

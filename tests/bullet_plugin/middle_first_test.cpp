@@ -88,12 +88,13 @@ double median_creep(const Stack& stack, Check check) {
 }
 
 TEST(TOUCHSTONE_SUITE, TheMiddleFirstCreepsLessWithFewIterations) {
-  for (const Stack& stack : {Stack{3, 0.2, 10, 60}, {3, 0.2, 4, 240}, {5, 0.5, 10, 240}, {8, 0.2, 10, 240}}) {
+  for (const Stack& stack : {Stack{3, 0.2, 10, 60}, {3, 0.2, 4, 240}, {5, 0.5, 4, 60}, {8, 0.2, 10, 240}}) {
     const double own = median_creep(stack, Check::own), corners = median_creep(stack, Check::corners),
                  middle = median_creep(stack, Check::middle);
     std::printf("%d cubes of %.1f m, %d iterations, %.0f Hz: own %.1e, corners %.1e, middle %.1e m\n",
                 stack.count, stack.size, stack.iterations, stack.rate, own, corners, middle);
-    EXPECT_LT(middle, corners);
+    // In single precision rounding is what is left.
+    EXPECT_LT(middle, corners / (sizeof(btScalar) == sizeof(double) ? 10.0 : 1.0));
   }
 }
 
