@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <new>
 #include <typeinfo>
@@ -21,6 +22,14 @@ constexpr double kSameNormal = 0.7071;
 std::optional<SolidHandle> acquire(native::SolidStore& store, const btCollisionShape& shape) {
   const std::optional<native::SolidContent> content = content_of(shape);
   return content ? store.acquire(*content) : std::nullopt;
+}
+
+/// Begins to fetch the manifold's end, where its bodies and count are. The engine reads them of every pair,
+/// in a pile from memory: for most pairs we need them no sooner, and do not wait.
+void fetch_end(const btPersistentManifold& manifold) {
+  constexpr std::ptrdiff_t kBytes = 64;
+  __builtin_prefetch(reinterpret_cast<const std::byte*>(&manifold + 1) - kBytes);
+  __builtin_prefetch(reinterpret_cast<const std::byte*>(&manifold + 1) - 1);
 }
 
 /// How far the engine's rounding of the two positions, half an ulp each, may have moved the bodies along n.
@@ -58,17 +67,17 @@ HexahedronAlgorithm::HexahedronAlgorithm(const btCollisionAlgorithmConstructionI
                                          const SolidHandle& solid_b)
     : btCollisionAlgorithm(info),
       state_(std::move(state)),
-      solids_{solid_a, solid_b},
-      manifold_(info.m_manifold) {
+      manifold_(info.m_manifold),
+      solids_{solid_a, solid_b} {
   const btCollisionObject *object_a = a.getCollisionObject(), *object_b = b.getCollisionObject();
   if (manifold_ == nullptr && m_dispatcher->needsCollision(object_a, object_b)) {
     manifold_ = m_dispatcher->getNewManifold(object_a, object_b);
-    owns_manifold_ = manifold_ != nullptr;
+    if (manifold_ != nullptr) own_body0_ = object_a;
   }
 }
 
 HexahedronAlgorithm::~HexahedronAlgorithm() {
-  if (owns_manifold_) m_dispatcher->releaseManifold(manifold_);
+  if (own_body0_ != nullptr) m_dispatcher->releaseManifold(manifold_);
   for (const SolidHandle& solid : solids_) state_->store->release(solid);
 }
 
@@ -88,7 +97,7 @@ bool HexahedronAlgorithm::stays_apart(const ObjectPair& objects, const btManifol
   const btCollisionShape &a = *objects.a.getCollisionShape(), &b = *objects.b.getCollisionShape();
   if (a.getShapeType() != BOX_SHAPE_PROXYTYPE || b.getShapeType() != BOX_SHAPE_PROXYTYPE) return false;
   if (!state_->store->is_native()) return false;  // another check is asked itself
-  if (manifold_->getNumContacts() != 0 || result.m_closestPointDistanceThreshold > 0 ||
+  if (features_.count != 0 || result.m_closestPointDistanceThreshold > 0 ||
       !keeps_manifold(objects.a, result) || state_->observer.load(std::memory_order_relaxed) != nullptr)
     return false;
   if (!parting_face_.parts(
@@ -96,15 +105,13 @@ bool HexahedronAlgorithm::stays_apart(const ObjectPair& objects, const btManifol
           objects.b.getWorldTransform(), static_cast<const btBoxShape&>(b).getHalfExtentsWithMargin()))
     return false;
   state_->checks.fetch_add(1, std::memory_order_relaxed);
-  features_.count = 0;
   return true;
 }
 
 bool HexahedronAlgorithm::keeps_manifold(const btCollisionObjectWrapper& a,
                                          const btManifoldResult& result) const {
   // A result of another class (contactTest's, a user's) wants the points for itself.
-  return owns_manifold_ && typeid(result) == typeid(btManifoldResult) &&
-         manifold_->getBody0() == a.getCollisionObject();
+  return own_body0_ == a.getCollisionObject() && typeid(result) == typeid(btManifoldResult);
 }
 
 bool HexahedronAlgorithm::goes_on(const native::PairAnswer& answer, btScalar separation) const {
@@ -149,6 +156,7 @@ void HexahedronAlgorithm::processCollision(const btCollisionObjectWrapper* a,
                                            const btCollisionObjectWrapper* b, const btDispatcherInfo&,
                                            btManifoldResult* result) {
   if (manifold_ == nullptr) return;
+  fetch_end(*manifold_);
   result->setPersistentManifold(manifold_);
   const ObjectPair objects{*a, *b};
   if (stays_apart(objects, *result)) return;
@@ -158,7 +166,8 @@ void HexahedronAlgorithm::processCollision(const btCollisionObjectWrapper* a,
     return update_manifold(objects, {points.data(), count}, *manifold_, features_, state_->middle_first);
   for (const FoundPoint& point : std::span(points).first(count))
     result->addContactPoint(point.normal_on_B, point.point_on_B, point.distance);
-  if (owns_manifold_) result->refreshContactPoints();
+  features_.count = ManifoldFeatures::kUnknown;
+  if (own_body0_ != nullptr) result->refreshContactPoints();
 }
 
 btScalar HexahedronAlgorithm::calculateTimeOfImpact(btCollisionObject*, btCollisionObject*,
@@ -167,7 +176,7 @@ btScalar HexahedronAlgorithm::calculateTimeOfImpact(btCollisionObject*, btCollis
 }
 
 void HexahedronAlgorithm::getAllContactManifolds(btManifoldArray& manifolds) {
-  if (owns_manifold_) manifolds.push_back(manifold_);
+  if (own_body0_ != nullptr) manifolds.push_back(manifold_);
 }
 
 HexahedronCreateFunc::HexahedronCreateFunc(std::shared_ptr<PluginState> state,

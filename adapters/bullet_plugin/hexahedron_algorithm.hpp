@@ -50,12 +50,13 @@ class HexahedronAlgorithm final : public btCollisionAlgorithm {
   std::size_t find_points(const ObjectPair& objects, const btManifoldResult& result,
                           std::span<FoundPoint, MANIFOLD_CACHE_SIZE> points);
 
+  // What a pair that stays apart reads comes first.
   std::shared_ptr<PluginState> state_;
-  native::SolidHandle solids_[2];
   btPersistentManifold* manifold_;
-  bool owns_manifold_ = false;
+  const btCollisionObject* own_body0_ = nullptr;  ///< the manifold's, where that is ours; else null
   PartingFace parting_face_;
-  ManifoldFeatures features_;
+  ManifoldFeatures features_;  ///< their count is the manifold's after each update
+  native::SolidHandle solids_[2];
 };
 
 /// Creates our algorithm for a pair of hexahedra (or, to observe, the engine's in an ObservedAlgorithm), what

@@ -22,9 +22,11 @@ struct FoundPoint {
 
 /// The features that made the points of a manifold, in its order.
 struct ManifoldFeatures {
-  std::array<std::uint32_t, MANIFOLD_CACHE_SIZE> ids{};
-  int count = 0;
+  static constexpr int kUnknown = -1;
+
+  int count = 0;            ///< kUnknown where somebody else may have put points in
   std::uint32_t turns = 0;  ///< of the points' order
+  std::array<std::uint32_t, MANIFOLD_CACHE_SIZE> ids{};
 };
 
 /// Two objects as the algorithm was called with them; `a` is the manifold's body 0.
@@ -35,7 +37,7 @@ struct ObjectPair {
 
 /// Afterwards the manifold holds `points` and nothing else. Calls the engine's contact callbacks as the
 /// engine does: added for each point where a body asks for it, started, processed, destroyed, ended.
-/// @param by_middle of four points their middle, first, and three of them: BulletPlugin::Options.
+/// @param by_middle of four points one in their midst, first, and three of them: BulletPlugin::Options.
 /// @pre no more points than MANIFOLD_CACHE_SIZE, none beyond the breaking threshold
 void update_manifold(const ObjectPair& objects, std::span<const FoundPoint> points,
                      btPersistentManifold& manifold, ManifoldFeatures& features, bool by_middle);

@@ -25,6 +25,31 @@ TEST(TOUCHSTONE_SUITE, AContactBeginsAtTouchingAndGoesOnToTheBreakingThreshold) 
   EXPECT_EQ(scene.detect().getNumContacts(), 0);
 }
 
+TEST(TOUCHSTONE_SUITE, PointsThatAnotherResultPutIntoTheManifoldAreFoundAnew) {
+  struct OthersResult final : btManifoldResult {
+    using btManifoldResult::btManifoldResult;
+  };
+  CollisionScene scene(true);
+  btCollisionObject& a = scene.add(make_box(1, 1, 1), at(0, 0, 0));
+  btCollisionObject& b = scene.add(make_box(1, 1, 1), at(0, 0, 1.001));
+  ASSERT_EQ(scene.detect().getNumContacts(), 0);
+  // Somebody asks our algorithm of the pair for points of its own, into the pair's manifold.
+  b.setWorldTransform(to_engine(at(0, 0, 0.999)));
+  const auto wrapped = [](const btCollisionObject& object) {
+    return btCollisionObjectWrapper(nullptr, object.getCollisionShape(), &object, object.getWorldTransform(),
+                                    -1, -1);
+  };
+  const btCollisionObjectWrapper of_a = wrapped(a), of_b = wrapped(b);
+  OthersResult result(&of_a, &of_b);
+  scene.broadphase.getOverlappingPairCache()->getOverlappingPairArray()[0].m_algorithm->processCollision(
+      &of_a, &of_b, scene.world.getDispatchInfo(), &result);
+  ASSERT_EQ(scene.dispatcher.getManifoldByIndexInternal(0)->getNumContacts(), 4);
+  // The step's own check has them where the boxes are now.
+  b.setWorldTransform(to_engine(at(0, 0, 1.005)));
+  ASSERT_EQ(scene.detect().getNumContacts(), 4);
+  EXPECT_NEAR(scene.detect().getContactPoint(0).getDistance(), 0.005, kTolerance);
+}
+
 TEST(TOUCHSTONE_SUITE, PointsKeepTheirMemoryAsLongAsTheirFeaturesMeet) {
   CollisionScene scene(true);
   scene.add(make_box(2, 2, 1), at(0, 0, 0));
