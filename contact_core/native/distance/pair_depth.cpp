@@ -13,9 +13,6 @@ namespace {
 /// Below, world vertices round by more than u of the solid's size: the kernels' bounds do not hold there.
 constexpr double kLeastSize = 0x1p-1010;
 
-/// Of what is further from its own origin than from the world's, against kHullPositionRoundoffs' half.
-constexpr double kFarRoundoffs = 4.0;
-
 /// Largest position of a pair scaled to an extent of 1: finite, so that bounds compare.
 constexpr double kMostPosition = 0x1p1000;
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <optional>
 
@@ -443,6 +444,127 @@ PairStatus finish_pair(const SolidSet& set, const Kernels& kernels, const Narrow
   return PairEvaluation(set, kernels, input, pair, depth, distance, decided).run(geometry, points, clips);
 }
 
+bool has_lanes_hull(const SolidSet& set, SolidIndex solid) {
+  const HullRecord& hull = set.solids[solid].hull->record;
+  return hull.face_count == kLaneFaces && hull.edge_count == kLaneEdges;
+}
+
+/// As place(), of vertices that a kernel has placed.
+void take_placed(const SolidSet& set, const SolidPair& solids, const Pose& X_WA, const Pose& X_WB,
+                 const PlacedHulls& hulls, PlacedPair& out) {
+  static_assert(sizeof(WorldVertices) == sizeof hulls.a);
+  PosedPair& pair = out.pair;
+  std::memcpy(&pair.hulls.a, hulls.a, sizeof hulls.a);
+  std::memcpy(&pair.hulls.b, hulls.b, sizeof hulls.b);
+  pair.hulls.extent = hulls.extent;
+  pair.a = &set.solids[solids.a].hull->features, pair.b = &set.solids[solids.b].hull->features;
+  pair.R_WA = X_WA.R, pair.R_WB = X_WB.R;
+  out.origin_W = vector_of(hulls.origin);
+  out.exponent = 0;
+}
+
+/// Writes the contact of two general hexahedra whose depth is complete, about the placed hulls' origin.
+void write_hull_contact(const SolidSet& set, const NarrowphaseInput& input, const OrderedPair& pair,
+                        const DepthRecord& depth, const PlacedHulls& hulls, PairGeometry& geometry,
+                        ContactPoint* points) {
+  const SignedDistance distance{depth.separation, vector_of(depth.n), vector_of(depth.p_A)};
+  write(pair, distance.separation, distance.n, vector_of(hulls.origin) + distance.p_A, geometry);
+  if (points == nullptr) return;
+  PlacedPair placed;
+  take_placed(set, pair.pair, input.poses[pair.pair.a], input.poses[pair.pair.b], hulls, placed);
+  write_manifold(placed, distance, pair.swapped, input.query, geometry, points);
+}
+
+/// The pairs of a batch that have no distance and that the kernel of depths in lanes takes.
+void pick_for_lanes(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
+                    const Batch& batch, const Records& records, Batch& out) {
+  // Two lanes are no faster than one pair's vertices in them.
+  if (kernels.lanes == 2 || !(input.query.max_separation >= 0.0)) return;
+  constexpr std::size_t kAhead = 8;
+  const auto is_open = [&](std::size_t i) { return records.distance[i].state != DistanceState::found; };
+  for (std::size_t i = 0; i < batch.count; ++i) {
+    if (const std::size_t later = i + kAhead; later < batch.count && is_open(later))
+      for (const std::uint32_t solid : {batch.pairs[later].a, batch.pairs[later].b})
+        __builtin_prefetch(&set.solids[solid].hull->record);
+    const SolidPair pair{batch.pairs[i].a, batch.pairs[i].b};
+    if (is_open(i) && has_lanes_hull(set, pair.a) && has_lanes_hull(set, pair.b) &&
+        has_finite_poses(pair, input.poses) &&
+        is_ordinary(set, pair.a, input.poses[pair.a], pair.b, input.poses[pair.b]))
+      out.add(pair, i);
+  }
+}
+
+/// Pairs whose depths are computed at a time, so that their placed vertices stay in the first cache.
+constexpr std::size_t kPlaced = 32;
+
+/// Depths in lanes. @param finish (place in the batch, hulls): of each pair whose depth is complete
+template <class Finish>
+void compute_general_depths(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
+                            const Batch& picked, bool faces, Records& records, const Finish& finish) {
+  std::array<HullTask, kPlaced> tasks;
+  std::array<PlacedHulls, kPlaced> placed;
+  for (std::size_t first = 0; first < picked.count; first += kPlaced) {
+    const std::size_t here = std::min(kPlaced, picked.count - first);
+    for (std::size_t k = 0; k < here; ++k) {
+      const PairIndices pair = picked.pairs[first + k];
+      tasks[k] = {pair, &set.solids[pair.a].hull->record, &set.solids[pair.b].hull->record,
+                  &records.depth[picked.slots[first + k]], &placed[k]};
+      if (faces) prefetch_hull(set, pair.a, false, true), prefetch_hull(set, pair.b, false, true);
+    }
+    kernels.compute_hull_depths(records_of(input.poses), vertex_records(set), tasks.data(), here);
+    for (std::size_t k = 0; k < here; ++k)
+      if (is_complete(*tasks[k].depth)) finish(picked.slots[first + k], placed[k]);
+  }
+}
+
+/// Where a block's answers go.
+struct BlockOutput {
+  std::span<PairStatus> status;
+  std::span<PairGeometry> geometry;
+  ContactPoint* points;  ///< null where none are asked for
+  std::size_t slots;
+
+  ContactPoint* points_of(std::size_t i) const { return points ? points + i * slots : nullptr; }
+};
+
+/// General hexahedra of a block: distances and depths, pairs in lanes, then the pairs that are left, one by
+/// one. @param finish as compute_block() has it
+template <class Finish>
+void compute_general(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
+                     const Batch& batch, std::span<const OrderedPair> pairs, Records& records,
+                     const BlockOutput& out, const Finish& finish) {
+  if (batch.count == 0) return;
+  std::fill_n(records.distance.data(), batch.count, kNoDistance);
+  std::fill_n(records.depth.data(), batch.count, kNoDepth);
+  if (wants_distance(input.query))
+    compute_hull_distances(set, kernels, input.poses, std::span(batch.pairs).first(batch.count),
+                           records.distance.data());
+  const bool faces = out.points != nullptr;
+  Batch picked;
+  pick_for_lanes(set, kernels, input, batch, records, picked);
+  compute_general_depths(set, kernels, input, picked, faces, records,
+                         [&](std::size_t i, const PlacedHulls& hulls) {
+                           const std::size_t slot = batch.slots[i];
+                           write_hull_contact(set, input, pairs[slot], records.depth[i], hulls,
+                                              out.geometry[slot], out.points_of(slot));
+                           out.status[slot] = PairStatus::overlapping;
+                         });
+  // A pair's solids are fetched some pairs before its hulls, which they lead to.
+  constexpr std::size_t kSolidsAhead = 6, kHullsAhead = 2;
+  for (std::size_t i = 0; i < batch.count; ++i) {
+    if (i + kSolidsAhead < batch.count) {
+      const PairIndices& later = batch.pairs[i + kSolidsAhead];
+      prefetch(set.solids[later.a]), prefetch(set.solids[later.b]);
+    }
+    if (const std::size_t next = i + kHullsAhead; next < batch.count && !is_complete(records.depth[next])) {
+      const bool depth = records.distance[next].state != DistanceState::found;
+      if (depth || faces) prefetch_general(set, {batch.pairs[next].a, batch.pairs[next].b}, depth, faces);
+    }
+    if (!is_complete(records.depth[i]))
+      finish(batch.slots[i], records.depth[i], records.distance[i], Certified::unknown);
+  }
+}
+
 /// At most kBlock pairs.
 void compute_block(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
                    std::span<PairStatus> status, std::span<PairGeometry> geometry, ContactPoint* points,
@@ -472,28 +594,8 @@ void compute_block(const SolidSet& set, const Kernels& kernels, const Narrowphas
     for (std::size_t i = 0; i < batch.count; ++i)
       finish(batch.slots[i], records.depth[i], records.distance[i], records.decided[i]);
   }
-  // The others by the kernel of hulls.
-  const Batch& others = batches.others;
-  if (others.count == 0) return;
-  std::fill_n(records.distance.data(), others.count, kNoDistance);
-  if (wants_distance(input.query))
-    compute_hull_distances(set, kernels, input.poses, std::span(others.pairs).first(others.count),
-                           records.distance.data());
-  // A pair's solids are fetched some pairs before its hulls, which they lead to.
-  constexpr std::size_t kSolidsAhead = 6, kHullsAhead = 2;
-  for (std::size_t i = 0; i < others.count; ++i) {
-    if (i + kSolidsAhead < others.count) {
-      const PairIndices& later = others.pairs[i + kSolidsAhead];
-      prefetch(set.solids[later.a]), prefetch(set.solids[later.b]);
-    }
-    if (const std::size_t next = i + kHullsAhead; next < others.count) {
-      const bool depth = records.distance[next].state != DistanceState::found;
-      if (depth || points)
-        prefetch_general(set, {others.pairs[next].a, others.pairs[next].b}, depth, points != nullptr);
-    }
-    records.depth[i] = kNoDepth;
-    finish(others.slots[i], records.depth[i], records.distance[i], Certified::unknown);
-  }
+  compute_general(set, kernels, input, batches.others, pairs, records, {status, geometry, points, slots},
+                  finish);
 }
 
 /// @param only_contacts boxes that are apart get no more than the certificate.

@@ -39,18 +39,24 @@ struct EdgeList {
   std::uint8_t edge[kMost];
 };
 
+#if defined(__SSSE3__)
+/// As below, of the first 16 edges.
+TOUCHSTONE_INLINE unsigned edges_without_common(const HullRecord& hull, __m128i of_face) {
+  const auto beside = [&](int side) {
+    return _mm_shuffle_epi8(of_face, _mm_loadu_si128((const __m128i*)hull.edge_faces[side]));
+  };
+  const __m128i common = _mm_and_si128(beside(0), beside(1));
+  const auto none = static_cast<unsigned>(_mm_movemask_epi8(_mm_cmpeq_epi8(common, _mm_setzero_si128())));
+  return none & ((1u << hull.edge_count) - 1);
+}
+#endif
+
 /// Bit e: no bit is set in the numbers of both faces beside edge e.
 TOUCHSTONE_INLINE unsigned edges_without_common(const HullRecord& hull, const std::uint8_t (&of_face)[16]) {
   unsigned out = 0;
   int first = 0;
 #if defined(__SSSE3__)
-  const __m128i numbers = _mm_loadu_si128((const __m128i*)of_face);
-  const auto beside = [&](int side) {
-    return _mm_shuffle_epi8(numbers, _mm_loadu_si128((const __m128i*)hull.edge_faces[side]));
-  };
-  const __m128i common = _mm_and_si128(beside(0), beside(1));
-  out = static_cast<unsigned>(_mm_movemask_epi8(_mm_cmpeq_epi8(common, _mm_setzero_si128())));
-  out &= (1u << hull.edge_count) - 1;
+  out = edges_without_common(hull, _mm_loadu_si128((const __m128i*)of_face));
   first = 16;
 #endif
   for (int e = first; e < hull.edge_count; ++e) {
@@ -58,6 +64,17 @@ TOUCHSTONE_INLINE unsigned edges_without_common(const HullRecord& hull, const st
     if (numbers_of_both == 0) out |= 1u << e;
   }
   return out;
+}
+
+/// The same of at most eight faces, whose numbers are the bytes of a word.
+TOUCHSTONE_INLINE unsigned edges_without_common(const HullRecord& hull, long long of_face) {
+#if defined(__SSSE3__)
+  return edges_without_common(hull, _mm_cvtsi64_si128(of_face));
+#else
+  std::uint8_t bytes[16] = {};
+  for (int f = 0; f < 8; ++f) bytes[f] = static_cast<std::uint8_t>(of_face >> (8 * f));
+  return edges_without_common(hull, bytes);
+#endif
 }
 
 /// In ascending order, filled up to whole packs by edge 0.
@@ -136,19 +153,31 @@ struct BesideEdges {
 
 enum class EdgeSearch : unsigned char { done, too_parallel };
 
-/// Tries the normal sign * (edge i of A) x (edge j of B).
+/// The normal across edge i of A and edge j of B, any length, and the overlap of these edges along it times
+/// that length, less rounding.
+struct EdgeAxis {
+  Point c;
+  double length2, overlap;
+
+  TOUCHSTONE_INLINE EdgeAxis(const PosedHull& A, int i, Point edge_a, const PosedHull& B, int j, Point edge_b,
+                             double sign, double extent)
+      : c(sign * cross(edge_a, edge_b)), length2(dot(c, c)) {
+    const Point w = B.vertex(B.hull->edges[j].vertices[0]) - A.vertex(A.hull->edges[i].vertices[0]);
+    overlap = -dot(c, w) - kEdgeRoundoffs * kU * extent;
+  }
+  TOUCHSTONE_INLINE bool has_direction() const { return length2 > kNoCross2; }
+  /// Whether the overlap is certainly more than that at `separation`.
+  TOUCHSTONE_INLINE bool exceeds(double separation) const {
+    return overlap > 0.0 && overlap * overlap > (separation * separation) * length2;
+  }
+};
+
 template <class Pack>
-TOUCHSTONE_INLINE EdgeSearch try_edges(const PosedHull& A, int i, Point edge_a, const PosedHull& B, int j,
-                                       Point edge_b, double sign, double extent, HullAxis& best) {
-  const Point c = sign * cross(edge_a, edge_b);
-  const double length2 = dot(c, c);
-  const Point w = B.vertex(B.hull->edges[j].vertices[0]) - A.vertex(A.hull->edges[i].vertices[0]);
-  const double overlap = -dot(c, w) - kEdgeRoundoffs * kU * extent;
-  if (overlap > 0.0 && overlap * overlap > (best.separation * best.separation) * length2)
-    return EdgeSearch::done;
-  if (!(length2 > kNoCross2)) return EdgeSearch::done;
-  if (length2 < kShortCross2) return EdgeSearch::too_parallel;
-  const Point n = (1.0 / __builtin_sqrt(length2)) * c;
+TOUCHSTONE_INLINE EdgeSearch try_edges(const PosedHull& A, int i, const PosedHull& B, int j,
+                                       const EdgeAxis& axis, double extent, HullAxis& best) {
+  if (axis.exceeds(best.separation) || !axis.has_direction()) return EdgeSearch::done;
+  if (axis.length2 < kShortCross2) return EdgeSearch::too_parallel;
+  const Point n = (1.0 / __builtin_sqrt(axis.length2)) * axis.c;
   const double separation = hull_separation<Pack>(A, B, n);
   if (separation > best.separation + kTieOfExtent * kU * extent) {
     best = {separation, n};
@@ -215,8 +244,9 @@ TOUCHSTONE_INLINE EdgeSearch search_edges(const PosedHull& A, unsigned in_questi
     for (int turned = 0; turned < 2; ++turned) {
       for (unsigned rest = crossing[turned] & ((1u << edges_b.count) - 1); rest != 0; rest &= rest - 1) {
         const int l = __builtin_ctz(rest);
-        if (try_edges<Pack>(A, i, posed_a.at(k), B, edges_b.edge[l], posed_b.at(l), turned ? -1.0 : 1.0,
-                            extent, best) == EdgeSearch::too_parallel)
+        const int j = edges_b.edge[l];
+        const EdgeAxis axis(A, i, posed_a.at(k), B, j, posed_b.at(l), turned ? -1.0 : 1.0, extent);
+        if (try_edges<Pack>(A, i, B, j, axis, extent, best) == EdgeSearch::too_parallel)
           return EdgeSearch::too_parallel;
       }
     }

@@ -106,6 +106,24 @@ TOUCHSTONE_INLINE bool find_witness(const PosedHull& A, const PosedHull& B, cons
   return found;
 }
 
+/// Verdict, depth and witness along the best axis of all. @param out `unknown` and `nothing` before
+template <class Pack>
+TOUCHSTONE_INLINE void settle_depth(const PosedHull& A, const PosedHull& B, HullAxis best,
+                                    const Magnitudes& size, DepthRecord& out) {
+  const double margin = size.rounding(kHullRoundoffs);
+  if (best.separation > margin) {
+    out.certified = Certified::separated;
+    return;
+  }
+  if (best.separation < -margin) out.certified = Certified::overlapping;
+  best.separation = best.separation < 0.0 ? best.separation : 0.0;
+  Point p_A{};
+  out.known = find_witness<Pack>(A, B, best, size, p_A) ? DepthKnown::witness : DepthKnown::axis;
+  out.separation = best.separation;
+  out.n[0] = best.n.x, out.n[1] = best.n.y, out.n[2] = best.n.z;
+  out.p_A[0] = p_A.x, out.p_A[1] = p_A.y, out.p_A[2] = p_A.z;
+}
+
 template <class Pack>
 TOUCHSTONE_INLINE void compute_hull_depth_inline(const HullView& a, const HullView& b, double extent,
                                                  double position, DepthRecord& out) {
@@ -119,8 +137,7 @@ TOUCHSTONE_INLINE void compute_hull_depth_inline(const HullView& a, const HullVi
   find_face_depths<Pack>(A, B, of_a), find_face_depths<Pack>(B, A, of_b);
   HullAxis best = best_face<Pack>(A, of_a, B, of_b, extent);
   const Magnitudes size = {extent, position};
-  const double margin = size.rounding(kHullRoundoffs);
-  if (best.separation > margin) {
+  if (best.separation > size.rounding(kHullRoundoffs)) {
     out.certified = Certified::separated;
     return;
   }
@@ -130,18 +147,7 @@ TOUCHSTONE_INLINE void compute_hull_depth_inline(const HullView& a, const HullVi
                          edges_in_question<Pack>(B, of_b, depth, size), extent,
                          best) == EdgeSearch::too_parallel)
     return;
-  if (best.separation > margin) {
-    out.certified = Certified::separated;
-    return;
-  }
-  // Verdict, depth and witness.
-  if (best.separation < -margin) out.certified = Certified::overlapping;
-  best.separation = best.separation < 0.0 ? best.separation : 0.0;
-  Point p_A{};
-  out.known = find_witness<Pack>(A, B, best, size, p_A) ? DepthKnown::witness : DepthKnown::axis;
-  out.separation = best.separation;
-  out.n[0] = best.n.x, out.n[1] = best.n.y, out.n[2] = best.n.z;
-  out.p_A[0] = p_A.x, out.p_A[1] = p_A.y, out.p_A[2] = p_A.z;
+  settle_depth<Pack>(A, B, best, size, out);
 }
 
 }  // namespace touchstone::native::TOUCHSTONE_ISA

@@ -5,6 +5,7 @@
 #include "touchstone/contact_core/native/simd/box_pair_depth.hpp"
 #include "touchstone/contact_core/native/simd/depth_kernels.hpp"
 #include "touchstone/contact_core/native/simd/distance_kernels.hpp"
+#include "touchstone/contact_core/native/simd/hull_depth_lanes.hpp"
 #include "touchstone/contact_core/native/simd/hull_distance_kernels.hpp"
 #include "touchstone/contact_core/native/simd/hull_kernels.hpp"
 #include "touchstone/contact_core/native/simd/manifold_kernels.hpp"
@@ -103,6 +104,11 @@ struct Table {
     compute_hull_depth_inline<OnePair>(a, b, extent, position, *out);
   }
 
+  static void compute_hull_depths(const PoseRecord* poses, const VertexRecord* shapes, const HullTask* tasks,
+                                  std::size_t count) {
+    compute_hull_depths_inline<OnePair, Pack>(poses, shapes, tasks, count);
+  }
+
   template <class Lanes, template <class> class Kind, class Shape>
   static void compute_distances_in(const PoseRecord* poses, const Shape* shapes, const PairIndices* pairs,
                                    const std::uint8_t* axes, std::size_t count, DistanceRecord* out) {
@@ -181,6 +187,7 @@ struct Table {
         .compute_parallelepiped_depths = compute_parallelepiped_depths,
         .compute_box_pair_depth = compute_box_pair_depth,
         .compute_hull_depth = compute_hull_depth,
+        .compute_hull_depths = compute_hull_depths,
         .compute_box_distances = compute_distances<BoxZonotope>,
         .compute_parallelepiped_distances = compute_distances<ParallelepipedZonotope>,
         .compute_box_distances_accurately = compute_distances_accurately<BoxZonotope>,

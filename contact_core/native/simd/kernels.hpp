@@ -116,6 +116,28 @@ enum class DistanceState : std::uint8_t {
   found,         ///< all of it: the pair is certainly separated
 };
 
+/// Of what is further from its own origin than from the world's, the roundings of a vertex: see
+/// find_hull_depth().
+inline constexpr double kFarRoundoffs = 4.0;
+
+/// Of the hulls that compute_hull_depths takes.
+inline constexpr int kLaneFaces = 6, kLaneEdges = 12;
+
+/// Both solids' vertices as compute_hull_depths places them, about A's first: x of eight, y, z.
+struct alignas(64) PlacedHulls {
+  double a[24], b[24];
+  double extent;     ///< see HullPair
+  double origin[3];  ///< in the world
+};
+
+/// A pair for compute_hull_depths, in the order of comes_first().
+struct HullTask {
+  PairIndices pair;
+  const HullRecord *a, *b;
+  DepthRecord* depth;   ///< p_A about the origin
+  PlacedHulls* placed;  ///< holds where the depth is known
+};
+
 /// The distance of a separated pair; see distance_kernels.hpp.
 struct DistanceRecord {
   double separation;
@@ -200,6 +222,10 @@ struct Kernels {
   /// position at least every |world coordinate|. Certifies separated pairs too, without measuring them.
   void (*compute_hull_depth)(const HullView& a, const HullView& b, double extent, double position,
                              DepthRecord* out);
+  /// The same bits for pairs of ordinary magnitudes and finite poses whose hulls have kLaneFaces and
+  /// kLaneEdges.
+  void (*compute_hull_depths)(const PoseRecord* poses, const VertexRecord* shapes, const HullTask* tasks,
+                              std::size_t count);
 
   /// Distance of pairs separated by more than rounding; others, and pairs that the kernel does not settle,
   /// are not `found`. The bits do not depend on the batch.

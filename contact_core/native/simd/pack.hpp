@@ -113,6 +113,39 @@ TOUCHSTONE_INLINE void gather(const double* const (&from)[Traits<Pack>::lanes], 
   }
 }
 
+// ---- Scatter: out[l][k] is lane l of in[k].
+
+TOUCHSTONE_INLINE void scatter(const Double2 (&in)[4], double* const (&out)[2]) {
+  for (int half = 0; half < 2; ++half) {
+    const Double2 p = in[2 * half], q = in[2 * half + 1];
+    store(__builtin_shufflevector(p, q, 0, 2), out[0] + 2 * half);
+    store(__builtin_shufflevector(p, q, 1, 3), out[1] + 2 * half);
+  }
+}
+
+TOUCHSTONE_INLINE void scatter(const Double4 (&in)[4], double* const (&out)[4]) {
+  const Double4 xy_even = __builtin_shufflevector(in[0], in[1], 0, 4, 2, 6);
+  const Double4 xy_odd = __builtin_shufflevector(in[0], in[1], 1, 5, 3, 7);
+  const Double4 zw_even = __builtin_shufflevector(in[2], in[3], 0, 4, 2, 6);
+  const Double4 zw_odd = __builtin_shufflevector(in[2], in[3], 1, 5, 3, 7);
+  store(__builtin_shufflevector(xy_even, zw_even, 0, 1, 4, 5), out[0]);
+  store(__builtin_shufflevector(xy_odd, zw_odd, 0, 1, 4, 5), out[1]);
+  store(__builtin_shufflevector(xy_even, zw_even, 2, 3, 6, 7), out[2]);
+  store(__builtin_shufflevector(xy_odd, zw_odd, 2, 3, 6, 7), out[3]);
+}
+
+TOUCHSTONE_INLINE void scatter(const Double8 (&in)[4], double* const (&out)[8]) {
+  Double4 low[4], high[4];
+  for (int k = 0; k < 4; ++k) {
+    low[k] = __builtin_shufflevector(in[k], in[k], 0, 1, 2, 3);
+    high[k] = __builtin_shufflevector(in[k], in[k], 4, 5, 6, 7);
+  }
+  double* const low_out[4] = {out[0], out[1], out[2], out[3]};
+  double* const high_out[4] = {out[4], out[5], out[6], out[7]};
+  scatter(low, low_out);
+  scatter(high, high_out);
+}
+
 // ---- Vectors of packs
 
 template <class Pack>

@@ -68,7 +68,9 @@ constexpr const char* kDepth = "the depth's certificate, which tells the class, 
 constexpr const char* kClip = "the certificate of the depth, then the clip of faces";
 constexpr const char* kCold = "cold data; kernels that leave few pairs open come first";
 constexpr const char* kFlush = "within rounding of a common plane: twice the precision, then integers";
-constexpr const char* kHull = "a depth takes 3 000 instructions, pair by pair; cold, a solid has 3.5 kB";
+constexpr const char* kHull =
+    "a search finds that pairs overlap before their depth is; lanes clip no general faces; cold, a solid has "
+    "3.5 kB";
 constexpr const char* kLanes = "two lanes do in four steps what eight do in one";
 constexpr const char* kOpen = "pairs that touch to rounding leave the lanes";
 constexpr const char* kParallel = "edges parallel to rounding take exact products";

@@ -2,6 +2,8 @@
 
 #include <bit>
 #include <cmath>
+#include <cstring>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -251,6 +253,72 @@ struct DepthOf {
     return out;
   }
 };
+
+/// Pairs in lanes have the bits of one pair, and place the hulls as place() does.
+void expect_lanes_as_one_pair(const DepthOf& depth, const native::Kernels& kernels,
+                              std::span<const native::PairIndices> pairs, std::size_t at_least) {
+  std::vector<native::HullTask> tasks;
+  for (const native::PairIndices& pair : pairs) {
+    const auto record = [&](SolidIndex solid) { return &depth.data.solids[solid].hull->record; };
+    const auto fits = [](const native::HullRecord& hull) {
+      return hull.face_count == native::kLaneFaces && hull.edge_count == native::kLaneEdges;
+    };
+    if (fits(*record(pair.a)) && fits(*record(pair.b)))
+      tasks.push_back({pair, record(pair.a), record(pair.b), nullptr, nullptr});
+  }
+  ASSERT_GT(tasks.size(), at_least);
+  std::vector<DepthRecord> records(tasks.size());
+  std::vector<native::PlacedHulls> placed(tasks.size());
+  for (std::size_t i = 0; i < tasks.size(); ++i) tasks[i].depth = &records[i], tasks[i].placed = &placed[i];
+  kernels.compute_hull_depths(depth.poses(), native::vertex_records(depth.data), tasks.data(), tasks.size());
+  int known = 0;
+  for (std::size_t i = 0; i < tasks.size(); ++i) {
+    expect_same_bits(depth.hulls(kernels, tasks[i].pair), records[i]);
+    if (records[i].known == native::DepthKnown::nothing) continue;
+    ++known;
+    const native::PlacedPair alone = depth.placed(tasks[i].pair);
+    ASSERT_EQ(std::memcmp(&alone.pair.hulls.a, placed[i].a, sizeof placed[i].a), 0);
+    ASSERT_EQ(std::memcmp(&alone.pair.hulls.b, placed[i].b, sizeof placed[i].b), 0);
+    ASSERT_EQ(alone.pair.hulls.extent, placed[i].extent);
+    const double(&origin)[3] = placed[i].origin;
+    ASSERT_EQ(alone.origin_W, Vector3(origin[0], origin[1], origin[2]));
+  }
+  EXPECT_GT(known, 50);
+}
+
+/// The same pairs far from the world's origin, and of solids far from their own.
+PosedSolids moved_away(const PosedSolids& set, const Vector3& in_world, const Vector3& in_solid) {
+  PosedSolids out;
+  for (const SolidPair& pair : set.pairs) {
+    const auto moved = [&](SolidIndex solid) {
+      std::vector<Vector3> corners(set.solids[solid].vertices().begin(), set.solids[solid].vertices().end());
+      for (Vector3& corner : corners) corner += in_solid;
+      return Hexahedron::from_vertices(corners, WarpPolicy::accept);
+    };
+    const auto pose = [&](SolidIndex solid) {
+      Pose X_WS = set.poses[solid];
+      X_WS.p += in_world - rotate(X_WS.R, in_solid);
+      return X_WS;
+    };
+    out.add(moved(pair.a), pose(pair.a), moved(pair.b), pose(pair.b));
+  }
+  return out;
+}
+
+TEST(NativeDepthKernels, PairsInLanesHaveTheBitsOfOnePair) {
+  const PosedSolids near = hard_pairs(5, 600);
+  for (const PosedSolids& set : {near, moved_away(near, {1e6, -3e5, 7e5}, Vector3::Zero()),
+                                 moved_away(near, Vector3::Zero(), {512.0, -256.0, 64.0})}) {
+    const DepthOf depth{set};
+    const auto pairs = pairs_of_kind(depth.data, set, native::SolidKind::general);
+    for (int k = 0; k < native::available_kernels().count; ++k) {
+      const native::Kernels& kernels = *native::available_kernels().of[k];
+      SCOPED_TRACE(kernels.isa);
+      expect_lanes_as_one_pair(depth, kernels, pairs, 200);
+      if (testing::Test::HasFailure()) return;
+    }
+  }
+}
 
 TEST(NativeDepthKernels, EveryInstructionSetGivesTheGenericBits) {
   // Pairs of each kind.
