@@ -175,7 +175,7 @@ class Scene {
     const SolidIndex end = bounds_.first_solid(object) + bounds_.solids_of(object);
     for (SolidIndex a = bounds_.first_solid(object); a < end; ++a) {
       partners_.clear();
-      bounds_.append_partners(a, higher, partners_);
+      bounds_.append_partners(a, bounds_.solid_box(a), higher, partners_);
       for (const SolidIndex b : partners_) out.push_back({a, b});
     }
   }
@@ -214,11 +214,12 @@ class Scene {
       partners_.assign(row.begin(), row.end());
       return;
     }
+    const Box box = bounds_.solid_box(a);
     for (std::uint32_t other : row) {
       if (bounds_.is_single(object) && bounds_.is_single(other))  // tested already
         partners_.push_back(bounds_.first_solid(other));
       else
-        bounds_.append_partners(a, other, partners_);
+        bounds_.append_partners(a, box, other, partners_);
     }
   }
 

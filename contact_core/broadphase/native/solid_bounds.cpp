@@ -139,9 +139,17 @@ bool SolidBounds::swept_may_touch(SolidIndex s, SolidIndex t) const noexcept {
 void SolidBounds::append_partners(SolidIndex a, const Box& box, std::uint32_t other,
                                   std::vector<SolidIndex>& partners) noexcept {
   if (!overlap(box, object_box(other))) return;
+  // Of few solids all are tried, in order, which saves a tree's walk and sorting.
+  constexpr std::uint32_t kFew = 8;
+  const Sphere& sphere_W = solid_sphere_W(a);
+  if (!on_paths_ && solids_of(other) <= kFew && !is_single(other)) {
+    for (SolidIndex s = first_solid(other); s < first_solid(other) + solids_of(other); ++s)
+      if (may_touch(solid_sphere_W_[s], sphere_W, margin_)) partners.push_back(s);
+    return;
+  }
+  // Of many those that the tree leads to.
   const auto first = static_cast<std::ptrdiff_t>(partners.size());
   const std::uint32_t root = first_node_[other];
-  const Sphere& sphere_W = solid_sphere_W(a);
   if (on_paths_)
     descend(root, partners, [&](std::uint32_t node) {
       if (!overlap(node_box_[node], box)) return false;

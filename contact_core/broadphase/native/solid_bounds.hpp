@@ -63,11 +63,7 @@ class SolidBounds {
     return swept_may_touch(first_solid(object), first_solid(other));
   }
 
-  /// Appends, in ascending order, the solids of `other` that may touch solid `a`.
-  void append_partners(SolidIndex a, std::uint32_t other, std::vector<SolidIndex>& partners) noexcept {
-    append_partners(a, solid_box(a), other, partners);
-  }
-  /// @param box solid_box(a)
+  /// Appends, in ascending order, the solids of `other` that may touch solid `a`. @param box solid_box(a)
   void append_partners(SolidIndex a, const Box& box, std::uint32_t other,
                        std::vector<SolidIndex>& partners) noexcept;
   Box solid_box(SolidIndex s) const noexcept;
