@@ -7,6 +7,7 @@ import re
 import unittest
 
 import touchstone
+from touchstone import results
 
 CORE = touchstone._core
 STUBS = ast.parse((pathlib.Path(touchstone.__file__).parent / "_core.pyi").resolve().read_text())
@@ -54,6 +55,14 @@ class Stubs(unittest.TestCase):
                     self.assertEqual(said, [name for name in there if name != "args"])
                     looked_at += 1
         self.assertGreater(looked_at, 20)
+
+    def test_what_is_no_part_of_the_module_has_types_too(self):
+        self.assertIn("__version__", {node.target.id for node in STUBS.body if isinstance(node, ast.AnnAssign)})
+        for of in (results, results.Results, results.Answers):
+            for name, function in inspect.getmembers(of, inspect.isfunction):
+                with self.subTest(name):
+                    self.assertEqual(set(inspect.signature(function).parameters) - {"self"} - set(function.__annotations__), set())
+                    self.assertIn("return", function.__annotations__)
 
     def test_every_class_and_function_has_a_docstring(self):
         for name in touchstone.__all__:

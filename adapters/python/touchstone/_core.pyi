@@ -8,6 +8,7 @@ from typing import Any, Callable, Dict, Iterable, List, Mapping, Optional, Seque
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+__version__: str
 Floats = NDArray[np.float64]
 Pose = Union[None, ArrayLike, Tuple[ArrayLike, ArrayLike]]
 PlacedSolid = Union["Hexahedron", Tuple[str, "Hexahedron", Pose]]
@@ -63,10 +64,8 @@ class HexahedronTree:
 class Poses:
     """Poses X_WS of solids, checked and converted once."""
 
-    @overload
-    def __init__(self, poses: ArrayLike) -> None: ...  # (n, 4, 4)
-    @overload
-    def __init__(self, poses: ArrayLike, quaternions: ArrayLike) -> None: ...  # (n, 3) [m], (n, 4) w x y z
+    # (n, 4, 4), or (n, 3) [m] and (n, 4), w x y z
+    def __init__(self, poses: ArrayLike, quaternions: Optional[ArrayLike] = None) -> None: ...
     def update(self, poses: ArrayLike, quaternions: Optional[ArrayLike] = None, first: int = 0) -> None: ...
     def matrices(self) -> Floats: ...  # (n, 4, 4)
     def __len__(self) -> int: ...

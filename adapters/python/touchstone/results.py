@@ -7,14 +7,18 @@ dicts; ``frame()`` makes a pandas.DataFrame of one where pandas is there (Debian
 
 import json
 import math
+import os
 import pathlib
+from typing import Any, Dict, Iterator, List, Tuple, Union
 
 from ._core import InputError
+
+Row = Dict[str, Any]
 
 _SCHEMA, _ANSWERS = "touchstone.compare_backends/2", "touchstone.compare_backends.answers/1"
 
 
-def frame(rows):
+def frame(rows: List[Row]) -> Any:
     """The rows as a pandas.DataFrame."""
     try:
         import pandas
@@ -23,8 +27,8 @@ def frame(rows):
     return pandas.DataFrame.from_records(rows)
 
 
-def _load(path, schema):
-    path = pathlib.Path(path)
+def _load(name: Union[str, os.PathLike[str]], schema: str) -> Any:
+    path = pathlib.Path(name)
     if path.is_dir():
         path /= "results.json"
     try:
@@ -39,11 +43,11 @@ def _load(path, schema):
     return root
 
 
-def _value(value):
+def _value(value: Any) -> Any:
     return {"inf": math.inf, "-inf": -math.inf}.get(value, value) if isinstance(value, str) else value
 
 
-def _flat(prefix, value, row):
+def _flat(prefix: str, value: Any, row: Row) -> Row:
     """Dicts become columns a_b_c; lists stay out: they are tables of their own."""
     if isinstance(value, dict):
         for key, below in value.items():
@@ -56,37 +60,37 @@ def _flat(prefix, value, row):
 class Results:
     """A report. ``root`` is the whole file; methods are tables of it."""
 
-    def __init__(self, root):
+    def __init__(self, root: Row) -> None:
         self.root = root
 
-    def _backends(self):
+    def _backends(self) -> Iterator[Tuple[Row, Row]]:
         for pairs in self.root["pair_sets"]:
             for backend in pairs["backends"]:
                 yield {"set": pairs["name"], "backend": backend["backend"]}, backend
 
-    def backends(self):
+    def backends(self) -> List[Row]:
         """A row a backend: name, description."""
         return [_flat("", backend, {}) for backend in self.root["backends"]]
 
-    def queries(self):
+    def queries(self) -> List[Row]:
         """A row a set, backend and query: times of every kind of call [ns a pair], wrong answers, worst cost."""
-        rows = []
+        rows: List[Row] = []
         for head, backend in self._backends():
             for query, of in backend.get("queries", {}).items():
                 rows.append(_flat("", of, {**head, "query": query}))
         return rows
 
-    def errors(self):
+    def errors(self) -> List[Row]:
         """A row a set, backend and measure of error: median, p99 and worst, over_S and over_size, or a ratio."""
-        rows = []
+        rows: List[Row] = []
         for head, backend in self._backends():
             for measure, of in backend.get("errors", {}).items():
                 rows.append(_flat("", of, {**head, "measure": measure}))
         return rows
 
-    def wrong_cases(self):
+    def wrong_cases(self) -> List[Row]:
         """A row a wrong answer that the file lists: case, cost_m, reason."""
-        rows = []
+        rows: List[Row] = []
         for head, backend in self._backends():
             for query, of in backend.get("queries", {}).items():
                 rows += [_flat("", case, {**head, "query": query}) for case in of.get("wrong_cases", [])]
@@ -96,13 +100,13 @@ class Results:
 class Answers:
     """Answers about pairs of a file."""
 
-    def __init__(self, root):
+    def __init__(self, root: Row) -> None:
         self.root = root
 
-    def answers(self):
+    def answers(self) -> List[Row]:
         """A row a case and backend: status, separation, normal_0 ... witness_b_2, exact_class, exact_separation;
         invalid cases have their reason."""
-        rows = []
+        rows: List[Row] = []
         for case in self.root["cases"]:
             head = _flat("", case, {})
             for answer in case.get("answers", [{}]):
@@ -114,11 +118,11 @@ class Answers:
         return rows
 
 
-def read_results(path):
+def read_results(path: Union[str, os.PathLike[str]]) -> Results:
     """A Results of a results.json, or of the folder that holds it. Raises InputError naming the file."""
     return Results(_load(path, _SCHEMA))
 
 
-def read_answers(path):
+def read_answers(path: Union[str, os.PathLike[str]]) -> Answers:
     """An Answers of a file of answers. Raises InputError naming the file."""
     return Answers(_load(path, _ANSWERS))
