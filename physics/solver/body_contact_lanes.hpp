@@ -87,24 +87,29 @@ TOUCHSTONE_INLINE void put(const SymmetricLanes& G, double* to) {
 /// J^T G J of contacts that the same bodies have, summed up before it is written.
 class PairStiffness {
  public:
+  bool is_empty() const { return is_empty_; }
   /// @param G along the contacts' directions
   void add(const BodyContacts& contacts, const SymmetricLanes& G) {
+    // The first ones begin the sums: clearing all of them costs as much as adding.
+    const auto sum = [is_first = is_empty_](const FourVectors& v, FourVectors& to) {
+      to = is_first ? v : to + v;
+    };
+    is_empty_ = false;
     FourVectors K[3];  // rows, in the world: symmetric
     turn(contacts, G, K);
-    for (int r = 0; r < 3; ++r) K_[r] = K_[r] + K[r];
+    for (int r = 0; r < 3; ++r) sum(K[r], K_[r]);
     for (int side = 0; side < contacts.count; ++side) {
       const FourVectors lever = vectors_at(contacts.levers[side]);
       // Columns of [l]x K; then those of -[l]x K [l]x, which its rows give.
       FourVectors turned[3];
-      for (int k = 0; k < 3; ++k)
-        turned[k] = cross(lever, K[k]), turned_[side][k] = turned_[side][k] + turned[k];
+      for (int k = 0; k < 3; ++k) turned[k] = cross(lever, K[k]), sum(turned[k], turned_[side][k]);
       const FourVectors rows[3] = {{turned[0].x, turned[1].x, turned[2].x},
                                    {turned[0].y, turned[1].y, turned[2].y},
                                    {turned[0].z, turned[1].z, turned[2].z}};
-      for (int k = 0; k < 3; ++k) twice_[side][k] = twice_[side][k] + cross(lever, rows[k]);
+      for (int k = 0; k < 3; ++k) sum(cross(lever, rows[k]), twice_[side][k]);
       if (side == 0) continue;
       const FourVectors other = vectors_at(contacts.levers[0]);
-      for (int k = 0; k < 3; ++k) crossed_[k] = crossed_[k] + cross(other, rows[k]);
+      for (int k = 0; k < 3; ++k) sum(cross(other, rows[k]), crossed_[k]);
     }
   }
   /// Adds the lower triangle of a body's own block: 6 x 6, row by row.
@@ -156,7 +161,8 @@ class PairStiffness {
     K[2] = {xz, yz, (D[0].z * GD[0].z + D[1].z * GD[1].z) + D[2].z * GD[2].z};
   }
 
-  FourVectors K_[3] = {}, turned_[2][3] = {}, twice_[2][3] = {}, crossed_[3] = {};  // columns
+  bool is_empty_ = true;
+  FourVectors K_[3], turned_[2][3], twice_[2][3], crossed_[3];  // columns
 };
 
 }  // namespace touchstone::physics

@@ -34,6 +34,8 @@ constexpr double kLeastSoftness = 1e-14;
 // In units of the tolerance: a larger residual does not count as solved. More is let pass when all is tried.
 constexpr double kMostRounding = 5.0, kMostLateRounding = 9.0;
 constexpr int kLate = 4;
+// Of the tolerance: a solution as good as that is improved no further where nobody asks for it.
+constexpr double kGood = 1e-3;
 
 }  // namespace
 
@@ -217,7 +219,8 @@ void ContactSolver::improve(WorkBudget* budget) {
   if (budget != nullptr) budget->spend(sweeping_work());
 }
 
-SolveReport ContactSolver::solve(const ContactProblem& problem, std::span<double> x, WorkBudget* budget) {
+SolveReport ContactSolver::solve(const ContactProblem& problem, std::span<double> x, WorkBudget* budget,
+                                 bool is_improved) {
   // The start is kept as the best so far, zero impulses where it is not finite.
   load(problem, x);
   best_ = y_;
@@ -252,7 +255,8 @@ SolveReport ContactSolver::solve(const ContactProblem& problem, std::span<double
       done = is_rounding() || try_round(round);
     }
   }
-  if (done && with_newton) improve(budget);
+  const bool is_good = report_.residual <= kGood * settings_.tolerance;
+  if (done && with_newton && (is_improved || !is_good)) improve(budget);
   // The result is scaled back, and its residual is taken unscaled.
   for (std::size_t i = 0; i < y_.size(); ++i) x[i] = best_[i] * scaled_.scale(i);
   if (done && with_newton) {  // the scaled problem's sums round differently

@@ -54,7 +54,9 @@ class ContactSolver {
 
   /// @param x in: where to start from (warm start); out: the best found.
   /// @param budget the first Newton steps alone, for as long as it lasts; nullptr: all there is.
-  SolveReport solve(const ContactProblem& problem, std::span<double> x, WorkBudget* budget = nullptr);
+  /// @param is_improved one more step from a solution, whose impulses hold a steady state for a long time.
+  SolveReport solve(const ContactProblem& problem, std::span<double> x, WorkBudget* budget = nullptr,
+                    bool is_improved = true);
 
  private:
   void load(const ContactProblem& problem, std::span<const double> x);

@@ -228,7 +228,6 @@ void ConvexContacts::add_rows(std::size_t first, std::size_t count, const double
 std::size_t ConvexContacts::add_pair(std::size_t first) {
   const BodyContacts& pair = body_contacts_[first];
   PairStiffness stiffness;
-  bool is_pressed = false;
   std::size_t i = first;
   for (; i < body_contacts_.size(); ++i) {
     const BodyContacts& contacts = body_contacts_[i];
@@ -236,11 +235,9 @@ std::size_t ConvexContacts::add_pair(std::size_t first) {
         contacts.first[1] != pair.first[1])
       break;
     const SymmetricLanes G = symmetric_at(&stiffness_[kStiffnessLanes * i]);
-    if (!is_any(in_all(0.0) < G.of[0])) continue;
-    stiffness.add(contacts, G);
-    is_pressed = true;
+    if (is_any(in_all(0.0) < G.of[0])) stiffness.add(contacts, G);
   }
-  if (!is_pressed) return i;
+  if (stiffness.is_empty()) return i;
   for (int side = 0; side < pair.count; ++side)
     stiffness.write_own(side, cholesky_.diagonal(pair.units[side]));
   if (pair.count < 2) return i;

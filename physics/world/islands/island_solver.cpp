@@ -30,6 +30,11 @@ constexpr double kShareOfExact = 1e-3;
 // Rows of islands that ContactSolver is tried on at once: its linear systems grow with the third power, those
 // of ConvexContacts with the number of contacts, four times less at 48 rows.
 constexpr std::size_t kDirectRows = 32;
+// Islands of bodies alone move where something is faster than gravity makes it in kSlow pieces as long. Then
+// the last digits of their impulses, which hold what rests, are not worth their time: nothing is found anew
+// or improved that is within the tolerance, and those of more than kDirectRows are held to that of large
+// ones.
+constexpr double kSlow = 2.0;
 // Where work has no end, islands up to this size that ConvexContacts leaves get ContactSolver's first Newton
 // steps from there: their linear systems take milliseconds.
 constexpr std::size_t kMostPolishedRows = 512;
@@ -159,15 +164,18 @@ void IslandSolver::solve_island(const Island& island, ContactRows& rows, StepCon
   if (!std::isfinite(warm.worst)) return fail(island, rows, step);
   // The start holds if its residual is within the tolerance.
   const ContactSolver::Settings& limits = step.settings.solver;
-  const bool is_small = island.rows() <= limits.most_path_rows;
-  const bool holds = warm.worst <= tolerance_of(island, is_small, rows, step);
+  const bool moves = is_moving(island, rows, step), is_small = island.rows() <= limits.most_path_rows;
+  const bool is_exact = is_small && !(moves && island.rows() > kDirectRows);
+  const bool holds = warm.worst <= tolerance_of(island, is_exact, rows, step);
   step.budget.spend(kRowWork * static_cast<double>(island.rows()));
   // Large ones for the next hundreds of steps, not to rounding.
-  const bool is_calm = is_small || !step.is_bounded() ? warm.is_still : warm.worst <= limits.tolerance;
+  const bool is_calm =
+      moves || (is_small || !step.is_bounded() ? warm.is_still : warm.worst <= limits.tolerance);
   // An island that does not hold is solved anew; excess speed and energy are taken out.
   SolveReport solved;
   solved.residual = warm.worst;
-  if (!holds || (!is_calm && may_refine(island))) solved = solve_anew(island, warm.worst, rows, step);
+  if (!holds || (!is_calm && may_refine(island)))
+    solved = solve_anew(island, {warm.worst, is_exact, moves}, rows, step);
   if (!is_small && holds && solved.residual <= limits.tolerance) expect_calm(island);
   if (step.is_bounded() && island.joints == 0) calm(island, rows, step, solved);
   if (step.is_soft && !solved.converged) limit_energy(island, rows, step, solved);
@@ -182,20 +190,21 @@ void IslandSolver::solve_island(const Island& island, ContactRows& rows, StepCon
 
 /// Small islands by ContactSolver, which is exact; where its first steps leave one, or cost more than
 /// another start, ConvexContacts, and ContactSolver from there. Larger ones by ConvexContacts.
-SolveReport IslandSolver::solve_anew(const Island& island, double warm_residual, ContactRows& rows,
+SolveReport IslandSolver::solve_anew(const Island& island, const Start& start, ContactRows& rows,
                                      StepContext& step) {
   const ContactSolver::Settings& limits = step.settings.solver;
   // The tolerance depends on the size; a start that meets it is refined.
   problem_.load(islands_, island, rows);
   const std::size_t size = island.rows();
-  const double tolerance = tolerance_of(island, size <= limits.most_path_rows, rows, step);
-  const bool is_refined = warm_residual <= tolerance;
+  const double tolerance = tolerance_of(island, start.is_exact, rows, step);
+  const bool is_refined = start.residual <= tolerance;
   SolveReport solved;
   solved.converged = false;
   warm_x_ = problem_.x;
   // Size and signs of contradiction choose the method.
   const bool is_small = size <= (step.is_bounded() ? limits.most_path_rows : limits.most_newton_rows);
-  const bool is_direct = size <= kDirectRows || is_refined || !step.is_bounded();
+  // Once the work is spent convex problems, which take a step always, go on alone.
+  const bool is_direct = (size <= kDirectRows && !step.budget.is_spent()) || is_refined || !step.is_bounded();
   // Of masses that differ what was proven lately stays in doubt: the soft answer of the lighter side is far
   // off.
   const bool may_press = !step.is_parted || presses_on_commands(island, rows);
@@ -205,7 +214,7 @@ SolveReport IslandSolver::solve_anew(const Island& island, double warm_residual,
   // Small islands are solved exactly.
   if (is_small && is_direct && !is_doubtful) {
     load_couplings(rows, step);
-    solved = solve_dense(rows, step.is_bounded() ? &step.budget : nullptr);
+    solved = solve_dense(rows, step.is_bounded() ? &step.budget : nullptr, !start.moves);
     if (is_refined && solved.converged) refine(island, rows);
     velocities_.update(islands_, island, rows);
   }
@@ -215,7 +224,8 @@ SolveReport IslandSolver::solve_anew(const Island& island, double warm_residual,
     const SolveReport tried = solved;
     solved = solve_convex(island, is_refined, is_doubtful, rows, step);
     count(tried, solved);
-    if (is_small && !is_refined && solved.converged && step.is_bounded() && !step.is_parted) {
+    const bool is_polished = is_small && !start.moves && !is_refined && !step.is_parted;
+    if (is_polished && solved.converged && step.is_bounded()) {
       if (!is_direct || is_doubtful) load_couplings(rows, step);
       polish(island, rows, step, solved);
     }
@@ -355,8 +365,8 @@ void IslandSolver::load_couplings(ContactRows& rows, StepContext& step) {
   step.budget.spend(kCouplingWork * size * size);
 }
 
-SolveReport IslandSolver::solve_dense(ContactRows& rows, WorkBudget* budget) {
-  const SolveReport solved = solver_.solve(problem_.dense(), problem_.x, budget);
+SolveReport IslandSolver::solve_dense(ContactRows& rows, WorkBudget* budget, bool is_improved) {
+  const SolveReport solved = solver_.solve(problem_.dense(), problem_.x, budget, is_improved);
   problem_.store_impulses(rows);
   return solved;
 }
@@ -438,6 +448,12 @@ bool IslandSolver::presses_on_commands(const Island& island, const ContactRows& 
   return std::any_of(blocks.begin(), blocks.end(), [&](std::size_t block) {
     return rows.commanded[block] < 0.0 || (block >= rows.contacts.size() && rows.commanded[block] > 0.0);
   });
+}
+
+/// See kSlow.
+bool IslandSolver::is_moving(const Island& island, const ContactRows& rows, const StepContext& step) const {
+  return step.is_bounded() && island.joints == 0 &&
+         most_speed(island, rows.b) > kSlow * rows.length * norm(step.settings.gravity_W);
 }
 
 /// Then the soft answer comes first.

@@ -39,10 +39,16 @@ class IslandSolver {
   void undo();
 
  private:
+  /// The last step's impulses, as an island is found.
+  struct Start {
+    double residual;       // [m/s]
+    bool is_exact, moves;  // it is to be solved to the laws' last digits; is_moving()
+  };
+
   void solve_island(const Island& island, ContactRows& rows, StepContext& step);
-  SolveReport solve_anew(const Island& island, double warm_residual, ContactRows& rows, StepContext& step);
+  SolveReport solve_anew(const Island& island, const Start& start, ContactRows& rows, StepContext& step);
   void load_couplings(ContactRows& rows, StepContext& step);
-  SolveReport solve_dense(ContactRows& rows, WorkBudget* budget);
+  SolveReport solve_dense(ContactRows& rows, WorkBudget* budget, bool is_improved = true);
   SolveReport solve_convex(const Island& island, bool is_refined, bool is_doubtful, ContactRows& rows,
                            StepContext& step);
   SolveReport solve_soft(const Island& island, double tolerance, ContactRows& rows, StepContext& step);
@@ -56,6 +62,7 @@ class IslandSolver {
   void expect_calm(const Island& island);
   bool is_contradicted(const Island& island, const StepContext& step) const;
   bool presses_on_commands(const Island& island, const ContactRows& rows) const;
+  bool is_moving(const Island& island, const ContactRows& rows, const StepContext& step) const;
   bool is_squeezed(const Island& island, const ContactRows& rows, const StepContext& step) const;
   double tolerance_of(const Island& island, bool is_exact, const ContactRows& rows,
                       const StepContext& step) const;
