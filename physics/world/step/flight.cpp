@@ -26,6 +26,7 @@ bool fly_body(const Body& body, const Vector3& gravity_W, bool is_pushed, RigidB
   add_compensated(state.p_W, state.p_low_W, (0.5 * t / body.body.inertia().mass) * impulse);
   add_compensated(state.momentum_W, state.low_W, impulse);
   state.angular_W += twist;
+  if (!(norm(body.body.angular_velocity(state)) * t <= RigidBody::kMostTurn)) return false;
   RigidBody::turn_by(state, rotate(body.body.inverse_inertia_W(state), Vector3((0.5 * t) * twist)),
                      body.body.least_turn(kept_back));
   return is_finite(state);
@@ -33,7 +34,10 @@ bool fly_body(const Body& body, const Vector3& gravity_W, bool is_pushed, RigidB
 
 /// Says why a body could not fly. Returns false.
 bool fail_flight(const Body& body, double t, std::uint32_t index, StepContext& step) {
-  const double turn = norm(body.body.angular_velocity(body.state)) * t;
+  RigidBodyState pushed = body.state;
+  pushed.angular_W += t * body.push_moment_W;
+  const double turn =
+      std::max(norm(body.body.angular_velocity(body.state)), norm(body.body.angular_velocity(pushed))) * t;
   return step.fail(turn > RigidBody::kMostTurn ? StepFailure::turn : StepFailure::body, index);
 }
 

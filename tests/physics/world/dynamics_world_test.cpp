@@ -129,6 +129,12 @@ TEST(DynamicsWorld, ABodyThatWouldTurnTooFarIsNamedForThat) {
   scene.expect_failure(StepFailure::turn, TwoBodies::kOther, {});
   Contact near{Mover::ground(), Mover::of_body(1), Vector3::UnitZ(), kZero, kZero, 0.5, 0.0, 1};
   scene.expect_failure(StepFailure::turn, TwoBodies::kOther, {&near, 1});
+  // So is one that a moment would turn so far in its own step.
+  for (const std::span<const Contact> contacts : {std::span<const Contact>(), {&near, 1}}) {
+    TwoBodies pushed(kZero);
+    pushed.world.push(Mover::of_body(TwoBodies::kOther), kZero, kZero, {0, 0, 1e12});
+    pushed.expect_failure(StepFailure::turn, TwoBodies::kOther, contacts);
+  }
 }
 
 TEST(DynamicsWorld, AMechanismThatWouldNotBeFiniteIsNamed) {
