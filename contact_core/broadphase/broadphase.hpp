@@ -109,11 +109,11 @@ class Broadphase {
   /// Appends to `out` all pairs of find_pairs(), each once with a < b, in an order in which those that follow
   /// one another are near each other: a narrowphase that is asked in this order finds more of what it reads
   /// in the caches, and sorting is saved. `native` has such an order after updates in which many objects
-  /// moved, in scenes of one solid an object that are spread evenly; after others it appends the pairs in the
-  /// order of find_pairs(), ascending, and returns true all the same. The same order for the same calls since
-  /// build(), on any number of threads. Returns false, and appends nothing, where a broadphase has nothing
-  /// quicker than find_pairs(). Allocates only where `out` has no room. Not concurrent with update(),
-  /// find_pairs() or itself.
+  /// moved, in scenes of one solid an object that are spread evenly, and for some time after that while few
+  /// move; after others it appends the pairs in the order of find_pairs(), ascending, and returns true all
+  /// the same. The same order for the same calls since build(), on any number of threads. Returns false, and
+  /// appends nothing, where a broadphase has nothing quicker than find_pairs(). Allocates only where `out`
+  /// has no room. Not concurrent with update(), find_pairs() or itself.
   virtual bool find_pairs_by_place(std::vector<SolidPair>& out) noexcept {
     static_cast<void>(out);
     return false;

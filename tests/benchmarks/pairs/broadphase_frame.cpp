@@ -124,6 +124,7 @@ void BroadphaseFrame::check(std::span<const SolidPair> some) {
   if (!mix.overlap && !mix.manifold) return;
   Query query;
   query.kind = mix.manifold ? QueryKind::manifold : QueryKind::overlap;
+  if (mix.contacts) query.max_separation = 0.0;
   narrowphase->evaluate({some, boxes.poses, query}, {status, geometry, points}, *workspace);
 }
 

@@ -24,7 +24,8 @@ struct Mix {
   bool moved_pairs = false;    ///< those of what moved only
   bool by_place = false;       ///< all pairs in an order of places
   bool overlap = false;        ///< and whether they overlap, by the native narrowphase
-  bool manifold = false;       ///< and their manifolds
+  bool manifold = false;       ///< and their manifolds, of those apart the distance
+  bool contacts = false;       ///< of those apart the class alone
 };
 
 /// Boxes with sides of 0.5 to 1.5 m.

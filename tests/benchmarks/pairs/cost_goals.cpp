@@ -58,6 +58,7 @@ struct Goal {
   bool is_batch;
   std::vector<Asked> asked;
   const char* reason;  ///< where a figure is missed
+  bool is_contacts_only = false;
 };
 
 constexpr const char* kAhead =
@@ -111,6 +112,10 @@ const std::vector<Goal>& pair_goals() {
       {"random", kManifold, kBatch, kClipAsked, kClip},
       {"resting", kManifold, kBatch, kClipAsked, kClip},
       {"wall", kManifold, kBatch, kClipAsked, kOpen},
+      {"near_parallel", kManifold, kBatch, kClipAsked, kOpen},
+      {"touching", kManifold, kBatch, kClipAsked, kOpen},
+      {"random", kManifold, kBatch, kClipAsked, kClip, true},
+      {"near_1e-3", kManifold, kBatch, kClipAsked, kClip, true},
       {"random", kDistance, kLone, {{Of::hot, 120}}, kAxes},
       {"near_1e-3", kDistance, kLone, {{Of::hot, 120}}, kAxes},
       {"random", kDistance, kBatch, {{Of::hot, 60}}, kDepth},
@@ -196,17 +201,16 @@ bool is_beside_peers(const Goal& goal) { return goal.asked.front().ns == kFastes
 void print_pairs(const BackendRegistry& registry, Peers& peers, std::span<const Goal> goals,
                  const char* calls) {
   for (const Goal& goal : goals) {
+    const bool is_contacts_only = is_beside_peers(goal) || goal.is_contacts_only;
     const RowCosts costs =
-        measure_row(registry, {goal.family, goal.kind, "native", goal.is_batch, is_beside_peers(goal)});
+        measure_row(registry, {goal.family, goal.kind, "native", goal.is_batch, is_contacts_only});
     const Peer peer = peers.best(goal.family, goal.kind);
     const auto [asked, verdict] = judge(goal, costs, peer);
-    std::printf("| `%s` | %s | %s%s | %s | %s | %s | %d |", goal.family,
-                std::string(to_string(goal.kind)).c_str(),
-                goal.is_batch           ? "batch"
-                : is_beside_peers(goal) ? "lone, contacts"
-                                        : "lone",
-                calls, cell(costs.hot, goal.is_batch).c_str(), cell(costs.streamed, goal.is_batch).c_str(),
-                cell(costs.cold, goal.is_batch).c_str(), costs.wrong);
+    std::printf("| `%s` | %s | %s%s%s | %s | %s | %s | %d |", goal.family,
+                std::string(to_string(goal.kind)).c_str(), goal.is_batch ? "batch" : "lone",
+                is_contacts_only ? ", contacts" : "", calls, cell(costs.hot, goal.is_batch).c_str(),
+                cell(costs.streamed, goal.is_batch).c_str(), cell(costs.cold, goal.is_batch).c_str(),
+                costs.wrong);
     if (std::isfinite(peer.hot))
       std::printf(" `%s` %.0f; %.0f |", peer.name.c_str(), peer.hot, peer.cold);
     else
