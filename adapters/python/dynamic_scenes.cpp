@@ -288,21 +288,29 @@ void bind_dynamic_scenes(py::module_& module) {
            "Adds a body; returns its number. kind: 'static', 'dynamic', or 'link': moved by add_joint()'s. "
            "mass [kg] or density [kg/m3], uniform. velocity (3,) of the centre of mass [m/s], "
            "angular_velocity (3,) [rad/s].")
-      .def_property_readonly("name", [](const DynamicScene& self) { return self.scene.name; })
-      .def_property_readonly("objects", &object_names)
-      .def_property_readonly("joints", &joint_names)
-      .def_property_readonly("step_count", &DynamicScene::step_count)
-      .def_readonly("step", &DynamicScene::step)
+      .def_property_readonly(
+          "name", [](const DynamicScene& self) { return self.scene.name; }, "As given.")
+      .def_property_readonly("objects", &object_names, "Names of bodies and links, by their numbers.")
+      .def_property_readonly("joints", &joint_names,
+                             "Names of the joints, as Simulation.joint_value() takes them.")
+      .def_property_readonly("step_count", &DynamicScene::step_count, "Steps of the whole duration.")
+      .def_readonly("step", &DynamicScene::step, "[s].")
       .def_readwrite("contact_margin", &DynamicScene::contact_margin,
                      "Points up to this far apart are found [m].")
       .def_readwrite("bounce_speed", &DynamicScene::bounce_speed, "Slower approaches do not bounce [m/s].")
-      .def_readwrite("push_out", &DynamicScene::push_out)
-      .def_readwrite("sleep_speed", &DynamicScene::sleep_speed)
-      .def_readwrite("sleep_time", &DynamicScene::sleep_time)
-      .def("tree", [](const DynamicScene& self, std::size_t object) {
-        if (object >= self.scene.objects.size()) throw py::index_error("object " + std::to_string(object));
-        return std::make_shared<HexahedronTree>(self.scene.objects[object].tree);
-      });
+      .def_readwrite("push_out", &DynamicScene::push_out,
+                     "Rate at which overlap parts, times its depth [1/s]; 0: not at all.")
+      .def_readwrite("sleep_speed", &DynamicScene::sleep_speed,
+                     "Bodies slower than this [m/s] for sleep_time sleep.")
+      .def_readwrite("sleep_time", &DynamicScene::sleep_time, "[s]; inf: nothing sleeps.")
+      .def(
+          "tree",
+          [](const DynamicScene& self, std::size_t object) {
+            if (object >= self.scene.objects.size())
+              throw py::index_error("object " + std::to_string(object));
+            return std::make_shared<HexahedronTree>(self.scene.objects[object].tree);
+          },
+          py::arg("object"), "The hexahedra of an object, by its number. Raises IndexError.");
   bind_joints(scene);
 #ifdef TOUCHSTONE_HAS_DYNAMICS_FILES
   module.def(

@@ -132,10 +132,13 @@ py::dict last_step(const Run& self) {
 
 void bind_state(py::class_<Run>& run) {
   // Time.
-  run.def_property_readonly("steps", [](Run& self) { return self.get().steps(); })
+  run.def_property_readonly(
+         "steps", [](Run& self) { return self.get().steps(); }, "Steps taken so far.")
       .def_property_readonly(
           "time", [](Run& self) { return self.get().time(); }, "[s]")
-      .def_property_readonly("is_over", [](Run& self) { return self.get().is_over(); })
+      .def_property_readonly(
+          "is_over", [](Run& self) { return self.get().is_over(); },
+          "Whether the scene's duration has passed.")
       // The objects.
       .def_property_readonly("poses", &poses_of, "(objects, 4, 4): X_WO.")
       .def_property_readonly(
@@ -161,19 +164,27 @@ void bind_state(py::class_<Run>& run) {
       // Sums over all objects.
       .def_property_readonly(
           "energy", [](Run& self) { return self.get().energy(); }, "[J]")
-      .def_property_readonly("linear_momentum",
-                             [](Run& self) { return frozen(array_of(self.get().linear_momentum())); })
-      .def_property_readonly("angular_momentum",
-                             [](Run& self) { return frozen(array_of(self.get().angular_momentum())); })
+      .def_property_readonly(
+          "linear_momentum", [](Run& self) { return frozen(array_of(self.get().linear_momentum())); },
+          "(3,) of free bodies and mechanisms [N s].")
+      .def_property_readonly(
+          "angular_momentum", [](Run& self) { return frozen(array_of(self.get().angular_momentum())); },
+          "(3,) of the same, about the world's origin [N m s].")
       .def_property_readonly(
           "worst_depth", [](Run& self) { return self.get().worst_depth(); }, "The deepest overlap now [m].")
       // Joints.
-      .def("joint_value",
-           [](Run& self, const std::string& name) { return self.get().joint_value(self.joint(name)); })
-      .def("joint_rate",
-           [](Run& self, const std::string& name) { return self.get().joint_rate(self.joint(name)); })
-      .def("joint_torque",
-           [](Run& self, const std::string& name) { return self.get().joint_torque(self.joint(name)); });
+      .def(
+          "joint_value",
+          [](Run& self, const std::string& name) { return self.get().joint_value(self.joint(name)); },
+          py::arg("name"), "Its value now [rad] or [m].")
+      .def(
+          "joint_rate",
+          [](Run& self, const std::string& name) { return self.get().joint_rate(self.joint(name)); },
+          py::arg("name"), "Its rate now [rad/s] or [m/s].")
+      .def(
+          "joint_torque",
+          [](Run& self, const std::string& name) { return self.get().joint_torque(self.joint(name)); },
+          py::arg("name"), "Mean of its drive over the last step [N m] or [N].");
 }
 
 }  // namespace

@@ -40,14 +40,16 @@ void bind_mesh(py::module_& module) {
       .def(py::init(&mesh_from), py::arg("vertices"), py::arg("triangles"),
            "vertices: (n, 3) [m]; triangles: (m, 3) indices.")
       .def_property_readonly(
-          "vertices", [](const TriangleMesh& self) { return frozen(array_of(std::span(self.vertices))); })
-      .def_property_readonly("triangles",
-                             [](const TriangleMesh& self) {
-                               const auto* first =
-                                   self.triangles.empty() ? nullptr : self.triangles[0].data();
-                               return frozen(py::array_t<std::uint32_t>(
-                                   {static_cast<py::ssize_t>(self.triangles.size()), py::ssize_t{3}}, first));
-                             })
+          "vertices", [](const TriangleMesh& self) { return frozen(array_of(std::span(self.vertices))); },
+          "(n, 3) [m]. Not writeable.")
+      .def_property_readonly(
+          "triangles",
+          [](const TriangleMesh& self) {
+            const auto* first = self.triangles.empty() ? nullptr : self.triangles[0].data();
+            return frozen(py::array_t<std::uint32_t>(
+                {static_cast<py::ssize_t>(self.triangles.size()), py::ssize_t{3}}, first));
+          },
+          "(m, 3) uint32, indices of vertices. Not writeable.")
       .def(
           "welded", [](const TriangleMesh& self) { return weld(self); },
           "One vertex a place; nothing moves.");
@@ -99,7 +101,7 @@ void bind_fit(py::module_& module) {
       .def_readonly("excess", &Fit::excess, "No point of the cover is farther from the solid [m].")
       .def_readonly("region_excess", &Fit::region_excess,
                     "The same of the cover's points in each region [m].")
-      .def_readonly("pieces", &Fit::pieces)
+      .def_readonly("pieces", &Fit::pieces, "Pieces that the solid was cut into while looking.")
       .def(
           "tree",
           [](const Fit& self, const std::string& name) {

@@ -117,7 +117,7 @@ void bind_arm_stiffness(py::module_& module) {
             "joints: (n,) of each joint value [N m/rad] or [N/m]; None: all a hundredth of the least "
             "translation.")
                .c_str())
-      .def_readonly("link", &ArmHandStiffness::link)
+      .def_readonly("link", &ArmHandStiffness::link, "Its name.")
       .def_property_readonly(
           "X_LT", [](const ArmHandStiffness& self) { return frozen(array_of(self.X_LT)); }, "(4, 4).")
       .def_property_readonly(
@@ -138,7 +138,7 @@ void bind_thread_pool(py::module_& module) {
       "them take turns.")
       .def(py::init(&thread_pool), py::arg("threads"),
            "threads: 1 to 64, the one that calls frame() among them.")
-      .def_property_readonly("threads", &ThreadPool::threads);
+      .def_property_readonly("threads", &ThreadPool::threads, "The one that calls among them.");
 }
 
 void bind_stiffness_of(WorldClass& world) {

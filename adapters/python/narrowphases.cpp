@@ -461,7 +461,8 @@ void bind_narrowphases(py::module_& module) {
           },
           "For benchmarks: processor seconds of evaluations in C++ alone.")
       // Its name and capabilities.
-      .def_property_readonly("name", [](const BuiltNarrowphase& self) { return self.get().name(); })
+      .def_property_readonly(
+          "name", [](const BuiltNarrowphase& self) { return self.get().name(); }, "The backend's.")
       .def_property_readonly("capabilities", &capabilities_of,
                              "What it answers, and its resolution [m] (absolute + relative * scale).")
       .def("__len__", &BuiltNarrowphase::solid_count);

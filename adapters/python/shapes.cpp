@@ -76,11 +76,13 @@ void bind_figures(py::class_<Hexahedron>& hexahedron) {
       .def_property_readonly(
           "vertices", [](const Hexahedron& self) { return frozen(array_of(std::span(self.vertices()))); },
           "(8, 3) [m]. Not writeable.")
-      .def_property_readonly("is_box", &Hexahedron::is_box)
+      .def_property_readonly("is_box", &Hexahedron::is_box,
+                             "Whether it is a box along its axes, about its origin.")
       .def_property_readonly(
           "half_extents", [](const Hexahedron& self) { return frozen(array_of(self.half_extents())); },
           "(3,) [m] of a box; else 0. Not writeable.")
-      .def_property_readonly("is_warped", &Hexahedron::is_warped)
+      .def_property_readonly("is_warped", &Hexahedron::is_warped,
+                             "Whether a face is out of plane by more than 32 eps times the size.")
       .def_property_readonly("out_of_plane", &Hexahedron::out_of_plane, "How far faces are bent [m].")
       .def_property_readonly("size", &Hexahedron::size, "Largest distance of two vertices [m].")
       .def_property_readonly(
@@ -155,7 +157,7 @@ void bind_tree(py::module_& module) {
            "solids: Hexahedron (at the object's origin, named h0, h1 ...) or (name, Hexahedron, pose X_OS), "
            "pose: None, (4, 4), or (position, quaternion wxyz).")
       // The hexahedra and the tree over them.
-      .def_property_readonly("name", &HexahedronTree::name)
+      .def_property_readonly("name", &HexahedronTree::name, "The object's.")
       .def_property_readonly(
           "solids",
           [](const HexahedronTree& self) {

@@ -116,7 +116,7 @@ void bind_parts(py::module_& module) {
            py::arg("centre") = py::none(), py::arg("inertia") = py::none(),
            "solids: (name, Hexahedron, pose X_LS). mass [kg], centre (3,) of mass [m], inertia (3, 3) about "
            "it [kg m2].")
-      .def_readonly("name", &LinkDescription::name);
+      .def_readonly("name", &LinkDescription::name, "As given.");
   // A joint: its frame, axis and limits.
   py::class_<JointDescription>(module, "Joint", "Joins a child link to its parent.")
       .def(py::init([](const std::string& name, const std::string& kind, const std::string& parent,
@@ -139,7 +139,7 @@ void bind_parts(py::module_& module) {
            py::arg("upper") = kInfinity, py::arg("rate") = kInfinity, py::arg("effort") = kInfinity,
            "kind: 'fixed', 'revolute' [rad] or 'prismatic' [m]. X_PJ: the joint's frame in the parent; axis: "
            "(3,) unit, in it.")
-      .def_readonly("name", &JointDescription::name);
+      .def_readonly("name", &JointDescription::name, "As given.");
 }
 
 std::shared_ptr<Mechanism> make_mechanism(const std::string& name, std::vector<LinkDescription> links,
@@ -162,13 +162,15 @@ void bind_mechanism(py::module_& module) {
            "base: the link that is held; the first, if empty. reference: a value a joint that moves. exempt: "
            "pairs of links, or 'link/hexahedron', that are not checked.")
       // Names and the reference.
-      .def_property_readonly("name", &Mechanism::name)
-      .def_property_readonly("links",
-                             [](const Mechanism& self) {
-                               std::vector<std::string> made;
-                               for (const Mechanism::Link& link : self.links()) made.push_back(link.name);
-                               return made;
-                             })
+      .def_property_readonly("name", &Mechanism::name, "As given.")
+      .def_property_readonly(
+          "links",
+          [](const Mechanism& self) {
+            std::vector<std::string> made;
+            for (const Mechanism::Link& link : self.links()) made.push_back(link.name);
+            return made;
+          },
+          "Names, in the order of link_poses().")
       .def_property_readonly(
           "joints",
           [](const Mechanism& self) {
@@ -178,8 +180,9 @@ void bind_mechanism(py::module_& module) {
             return made;
           },
           "Names of the joints that move, in the order of joint values.")
-      .def_property_readonly("reference",
-                             [](const Mechanism& self) { return frozen(array_of(self.reference())); })
+      .def_property_readonly(
+          "reference", [](const Mechanism& self) { return frozen(array_of(self.reference())); },
+          "(n,) joint values [rad] or [m]. Not writeable.")
       // Kinematics.
       .def(
           "with_base",
@@ -238,24 +241,38 @@ void bind_objects(WorldClass& world) {
           "Adds an object; X_WO: None, (4, 4), or (position, quaternion wxyz). Its name is the tree's. "
           "levels: coarser and coarser trees of it, each hexahedron inside one of the next; for speed alone.")
       // Which there are.
-      .def("remove", [](GuardedWorld& self, ObjectHandle object) { self.get().remove(object); })
-      .def("find", [](GuardedWorld& self, const std::string& name) { return self.get().find(name); })
-      .def("is_alive", [](GuardedWorld& self, ObjectHandle object) { return self.get().is_alive(object); })
-      .def("name_of",
-           [](GuardedWorld& self, ObjectHandle object) { return std::string(self.get().name_of(object)); })
+      .def(
+          "remove", [](GuardedWorld& self, ObjectHandle object) { self.get().remove(object); },
+          py::arg("object"),
+          "Its rules and exemptions end with it. Raises InputError while it carries or is carried.")
+      .def(
+          "find", [](GuardedWorld& self, const std::string& name) { return self.get().find(name); },
+          py::arg("name"),
+          "The object of this name; of a link: 'mechanism.link'. Raises InputError where there is none.")
+      .def(
+          "is_alive", [](GuardedWorld& self, ObjectHandle object) { return self.get().is_alive(object); },
+          py::arg("object"), "False once it was removed.")
+      .def(
+          "name_of",
+          [](GuardedWorld& self, ObjectHandle object) { return std::string(self.get().name_of(object)); },
+          py::arg("object"), "Of a link: 'mechanism.link'.")
       // Where they are.
       .def(
           "pose",
           [](GuardedWorld& self, ObjectHandle object) { return array_of(self.get().actual_pose(object)); },
           "(4, 4): X_WO as the last frame left it.")
-      .def("commanded_pose", [](GuardedWorld& self,
-                                ObjectHandle object) { return array_of(self.get().commanded_pose(object)); })
+      .def(
+          "commanded_pose",
+          [](GuardedWorld& self, ObjectHandle object) { return array_of(self.get().commanded_pose(object)); },
+          py::arg("object"), "(4, 4): X_WO as last commanded.")
       .def(
           "solid_poses",
           [](GuardedWorld& self, ObjectHandle object) { return poses_array(self.get().solid_poses(object)); },
           "(n, 4, 4): X_WS of its hexahedra; (0, 4, 4) between set-up and prepare() or frame().")
       // Where they were within the last frame.
-      .def("executed_parts", [](GuardedWorld& self) { return self.get().executed_parts(); })
+      .def(
+          "executed_parts", [](GuardedWorld& self) { return self.get().executed_parts(); },
+          "Parts of the last frame: 0 the commanded paths, then a sub-step of slides each.")
       .def(
           "executed_pose",
           [](GuardedWorld& self, ObjectHandle object, std::size_t part, double s) {
@@ -279,17 +296,25 @@ void bind_mechanisms_of(WorldClass& world) {
           py::arg("groups") = std::vector<std::string>{}, py::arg("weights") = std::vector<double>{},
           "Adds a mechanism held at X_WB; its links are objects named 'mechanism.link'.")
       // Which there are.
-      .def("remove_mechanism",
-           [](GuardedWorld& self, MechanismHandle of) { self.get().remove_mechanism(of); })
-      .def("link", [](GuardedWorld& self, MechanismHandle of,
-                      const std::string& name) { return self.get().link(of, name); })
+      .def(
+          "remove_mechanism", [](GuardedWorld& self, MechanismHandle of) { self.get().remove_mechanism(of); },
+          py::arg("mechanism"), "And its links. Raises InputError while one carries an object.")
+      .def(
+          "link",
+          [](GuardedWorld& self, MechanismHandle of, const std::string& name) {
+            return self.get().link(of, name);
+          },
+          py::arg("mechanism"), py::arg("name"),
+          "One of its links, as an object. Raises InputError for an unknown name.")
       // Where they are.
       .def(
           "joint_values",
           [](GuardedWorld& self, MechanismHandle of) { return array_of(self.get().joint_values(of)); },
           "(n,): as the last frame left them [rad] or [m].")
-      .def("commanded_joints",
-           [](GuardedWorld& self, MechanismHandle of) { return array_of(self.get().commanded_joints(of)); })
+      .def(
+          "commanded_joints",
+          [](GuardedWorld& self, MechanismHandle of) { return array_of(self.get().commanded_joints(of)); },
+          py::arg("mechanism"), "(n,): joint values as last commanded [rad] or [m].")
       .def(
           "link_poses",
           [](GuardedWorld& self, MechanismHandle of) { return poses_array(self.get().link_poses(of)); },
@@ -319,7 +344,8 @@ void bind_rules(WorldClass& world) {
             self.get().set_group_rule(first, second, rule(policy, warn_distance, translation_only, passive));
           },
           py::arg("first"), py::arg("second"), py::arg("policy") = none, py::arg("warn_distance") = none,
-          py::arg("translation_only") = none, py::arg("passive") = none)
+          py::arg("translation_only") = none, py::arg("passive") = none,
+          "As set_default_rule(), of objects of two groups; the last given counts.")
       .def(
           "set_pair_rule",
           [](GuardedWorld& self, ObjectHandle a, ObjectHandle b, const std::optional<std::string>& policy,
@@ -328,7 +354,8 @@ void bind_rules(WorldClass& world) {
             self.get().set_pair_rule(a, b, rule(policy, warn_distance, translation_only, passive));
           },
           py::arg("a"), py::arg("b"), py::arg("policy") = none, py::arg("warn_distance") = none,
-          py::arg("translation_only") = none, py::arg("passive") = none)
+          py::arg("translation_only") = none, py::arg("passive") = none,
+          "As set_default_rule(), of two objects, before those of their groups.")
       // The rule that two objects follow.
       .def(
           "rule_of",
@@ -361,7 +388,8 @@ void bind_pairs_of(WorldClass& world) {
           "unexempt",
           [](GuardedWorld& self, ObjectHandle a, ObjectHandle b, const std::string& solid_a,
              const std::string& solid_b) { self.get().unexempt(exemption(a, b, solid_a, solid_b)); },
-          py::arg("a"), py::arg("b"), py::arg("solid_a") = "", py::arg("solid_b") = "")
+          py::arg("a"), py::arg("b"), py::arg("solid_a") = "", py::arg("solid_b") = "",
+          "Takes back the same exempt().")
       // Objects that move as one.
       .def(
           "latch",
@@ -374,7 +402,9 @@ void bind_pairs_of(WorldClass& world) {
           py::arg("carrier"), py::arg("carried"),
           py::arg("allowed") = std::vector<std::pair<ObjectHandle, ObjectHandle>>{},
           "`carried` moves with `carrier` from now on; `allowed` pairs of objects are not checked meanwhile.")
-      .def("unlatch", [](GuardedWorld& self, ObjectHandle carried) { self.get().unlatch(carried); })
+      .def(
+          "unlatch", [](GuardedWorld& self, ObjectHandle carried) { self.get().unlatch(carried); },
+          py::arg("carried"), "Its latch ends, with the pairs that it allowed.")
       // The selection of pairs that are checked.
       .def(
           "select",
@@ -438,7 +468,8 @@ void bind_world(py::module_& module) {
       .def(
           "reset", [](GuardedWorld& self) { self.get().reset(); },
           "Initial poses, no latches, everything selected.")
-      .def_property_readonly("gap", [](GuardedWorld& self) { return self.get().gap(); });
+      .def_property_readonly(
+          "gap", [](GuardedWorld& self) { return self.get().gap(); }, "Kept between objects [m].");
   // Its parts.
   bind_objects(world);
   bind_mechanisms_of(world);

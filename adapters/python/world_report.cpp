@@ -112,16 +112,20 @@ void bind_report(py::module_& module) {
       .def_property_readonly(
           "cut_off", [](const Report& self) { return self.cut_off.size(); }, "How many of these there are.")
       // Counts.
-      .def_readonly("frame", &Report::frame)
-      .def_readonly("blocked_movers", &Report::blocked_movers)
-      .def_readonly("candidate_pairs", &Report::candidate_pairs)
-      .def_readonly("queries", &Report::queries)
-      .def_readonly("iteration_limits", &Report::iteration_limits)
-      .def_readonly("slide_steps", &Report::slide_steps)
+      .def_readonly("frame", &Report::frame, "Its number.")
+      .def_readonly("blocked_movers", &Report::blocked_movers,
+                    "Movers stopped on their commanded paths, and loads that go along.")
+      .def_readonly("candidate_pairs", &Report::candidate_pairs,
+                    "Pairs looked at; all others stay out of reach.")
+      .def_readonly("queries", &Report::queries, "Calls of the narrowphase.")
+      .def_readonly("iteration_limits", &Report::iteration_limits,
+                    "Pairs stopped early for want of iterations.")
+      .def_readonly("slide_steps", &Report::slide_steps, "Sub-steps of slides.")
       .def_readonly("slide_pairs", &Report::slide_pairs, "As World.set_slide_budget() counts them.")
       .def_readonly("most_slide_work", &Report::most_slide_work,
                     "The most that one mover's slide took, as World.set_slide_budget() counts mover_work.")
-      .def_readonly("refused_selections", &Report::refused_selections)
+      .def_readonly("refused_selections", &Report::refused_selections,
+                    "Changes of the selection that named what is gone: without effect.")
       .def_readonly("is_proven", &Report::is_proven, "False: checked at sampled poses only.");
 }
 

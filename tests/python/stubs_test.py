@@ -68,6 +68,19 @@ class Stubs(unittest.TestCase):
         for name in touchstone.__all__:
             self.assertTrue(inspect.getdoc(getattr(touchstone, name)), name)
 
+    def test_every_member_has_one(self):
+        signature = re.compile(r"(\d+\. )?\w+\(.*\)( -> .*)?$")
+        looked_at = 0
+        for name, of in inspect.getmembers(CORE, inspect.isclass):
+            for member, value in vars(of).items():
+                if member.startswith("_") or member in Exception.__dict__:
+                    continue
+                with self.subTest(f"{name}.{member}"):
+                    lines = (inspect.getdoc(value) or "").splitlines()
+                    self.assertTrue([line for line in lines if line.strip() and not signature.match(line.strip())])
+                    looked_at += 1
+        self.assertGreater(looked_at, 100)
+
 
 if __name__ == "__main__":
     unittest.main()
