@@ -1,5 +1,6 @@
 # Builds SOURCES by pkg-config's flags for MODULE in the installed copy, and runs the program.
-# cmake -D PREFIX=... -D WORK_DIR=... -D MODULE=... -D SOURCES=a,b [-D DEFINE=...] [-D ARGUMENT=...] -D PKG_CONFIG=... -D CXX=... -D CXX_FLAGS=... -P ...
+# A program in C is compiled by CC, with the folders of headers alone, and linked by CXX.
+# cmake -D PREFIX=... -D WORK_DIR=... -D MODULE=... -D SOURCES=a,b [-D DEFINE=...] [-D ARGUMENT=...] [-D CC=...] -D PKG_CONFIG=... -D CXX=... -D CXX_FLAGS=... -P ...
 include(${CMAKE_CURRENT_LIST_DIR}/run.cmake)
 
 file(REMOVE_RECURSE ${WORK_DIR})
@@ -17,5 +18,11 @@ if(DEFINE)
   list(PREPEND flags -D${DEFINE})
 endif()
 string(REPLACE "," ";" SOURCES "${SOURCES}")
+if(CC)
+  execute_process(COMMAND ${PKG_CONFIG} --cflags-only-I ${MODULE} OUTPUT_VARIABLE folders COMMAND_ERROR_IS_FATAL ANY)
+  separate_arguments(folders UNIX_COMMAND "${folders}")
+  run(${CC} -std=c11 -Wall -Wextra -pedantic -Werror -c ${SOURCES} -o ${WORK_DIR}/program.o ${folders})
+  set(SOURCES ${WORK_DIR}/program.o)
+endif()
 run(${CXX} -o ${WORK_DIR}/program ${SOURCES} ${flags})
 run(${WORK_DIR}/program ${ARGUMENT})
