@@ -5,7 +5,15 @@
 
 #include <dart/collision/collision.hpp>
 #include <dart/constraint/ConstraintSolver.hpp>
-#include <dart/dynamics/dynamics.hpp>
+#include <dart/dynamics/BodyNode.hpp>
+#include <dart/dynamics/BoxShape.hpp>
+#include <dart/dynamics/FreeJoint.hpp>
+#include <dart/dynamics/MeshShape.hpp>
+#include <dart/dynamics/ShapeNode.hpp>
+#include <dart/dynamics/SimpleFrame.hpp>
+#include <dart/dynamics/Skeleton.hpp>
+#include <dart/dynamics/SphereShape.hpp>
+#include <dart/dynamics/WeldJoint.hpp>
 #include <dart/simulation/World.hpp>
 #include <map>
 #include <random>
@@ -30,7 +38,6 @@ std::shared_ptr<dynamics::BoxShape> box(double x, double y, double z) {
 
 /// As a loader of STL gives it: each triangle has vertices of its own.
 std::shared_ptr<dynamics::MeshShape> mesh(const std::array<Vector3, 8>& vertices, double scale = 1.0) {
-  static std::vector<std::unique_ptr<aiScene>> scenes;  // a MeshShape does not own its scene
   const int quads[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
                            {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
   auto* const part = new aiMesh;
@@ -45,11 +52,11 @@ std::shared_ptr<dynamics::MeshShape> mesh(const std::array<Vector3, 8>& vertices
       part->mFaces[f].mIndices[k] = 3 * f + k;
     }
   }
-  scenes.push_back(std::make_unique<aiScene>());
-  scenes.back()->mNumMeshes = 1, scenes.back()->mMeshes = new aiMesh* [1] { part };
-  scenes.back()->mRootNode = new aiNode;
-  scenes.back()->mRootNode->mNumMeshes = 1, scenes.back()->mRootNode->mMeshes = new unsigned[1]{0};
-  return std::make_shared<dynamics::MeshShape>(Eigen::Vector3d::Constant(scale), scenes.back().get());
+  auto* const scene = new aiScene;  // the shape's, which releases it
+  scene->mNumMeshes = 1, scene->mMeshes = new aiMesh* [1] { part };
+  scene->mRootNode = new aiNode;
+  scene->mRootNode->mNumMeshes = 1, scene->mRootNode->mMeshes = new unsigned[1]{0};
+  return std::make_shared<dynamics::MeshShape>(Eigen::Vector3d::Constant(scale), scene);
 }
 
 std::array<Vector3, 8> cube() { return Hexahedron::from_size({1, 1, 1}).vertices(); }
