@@ -84,9 +84,10 @@ void ContactWorld::State::take_up_set_up() {
     build_all();
   } else if (needs_places) {
     begin_anew();
-  } else if (noted_margin < wanted_margin()) {
-    watched.look_further(*this, wanted_margin() - noted_margin, wanted_margin());
-    noted_margin = wanted_margin();
+  } else {
+    const double wanted = wanted_margin();
+    if (wanted > noted_margin) watched.look_further(*this, wanted - noted_margin, wanted);
+    noted_margin = wanted;
   }
   was_reset = false;
 }

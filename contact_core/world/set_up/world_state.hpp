@@ -29,7 +29,7 @@ struct ContactWorld::State : WorldModel {
   std::unique_ptr<Broadphase> broadphase;
   bool needs_layout = true;   // all is to be built anew
   bool needs_places = false;  // the solids stay, but all is to be placed and watched anew
-  double noted_margin = 0.0;  // the largest that pairs have been watched for since all was placed [m]
+  double noted_margin = 0.0;  // wanted_margin() when set-up was taken up last [m]
   bool was_reset = false;     // since set-up was taken up
   bool is_fresh = true;       // set-up was taken up since the last frame
 
