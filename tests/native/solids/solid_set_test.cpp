@@ -110,6 +110,21 @@ TEST(SolidSet, ChangedInAnyOrderIsTheSetBuiltAtOnce) {
   }
 }
 
+// As a tool that is changed and changed back, or an arm that goes and comes.
+TEST(SolidSet, ASolidThatComesBackToItsPlaceKeepsItsHull) {
+  Random random(3);
+  std::vector<Hexahedron> solids;
+  while (solids.size() < 4)
+    if (const Hexahedron solid = random_solid(random, 3); !solid.is_box() && solid.size() < 10.0)
+      solids.push_back(solid);
+  SolidSet set = native::make_solid_set(solids);
+  const native::SolidHull* const first = set.solids[1].hull;
+  native::set_solids(set, 1, std::span(solids).subspan(1, 2));
+  EXPECT_EQ(set.solids[1].hull, first);
+  native::set_solids(set, 1, std::span(solids).subspan(3, 1));
+  EXPECT_NE(set.solids[1].hull, first);
+}
+
 /// Every list has a place for each solid, and each solid has its hull.
 void expect_whole(const SolidSet& set) {
   const std::size_t solids = set.kinds.size();
