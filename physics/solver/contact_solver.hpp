@@ -54,7 +54,8 @@ class ContactSolver {
 
   /// @param x in: where to start from (warm start); out: the best found.
   /// @param budget the first Newton steps alone, for as long as it lasts; nullptr: all there is.
-  /// @param is_improved one more step from a solution, whose impulses hold a steady state for a long time.
+  /// @param is_improved one more step from a solution, whose impulses then hold a steady state for a long
+  /// time; false: where it is not good to a thousandth of the tolerance.
   SolveReport solve(const ContactProblem& problem, std::span<double> x, WorkBudget* budget = nullptr,
                     bool is_improved = true);
 
