@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/hexahedron.hpp"
 #include "touchstone/contact_core/geometry/norms.hpp"
 
@@ -46,12 +47,19 @@ class ExcessSearch {
   void add(Corners corners, std::uint32_t hint) {
     if (is_beside(corners)) return;
     ++result.pieces;
-    // A first bound comes from the centre and radius of the piece.
+    // First bounds come from the triangles that are nearest to corners: most pieces end by one of these.
+    double most = kInfinity;
+    for (const Corner& corner : corners) {
+      if (!corner.is_known) continue;
+      most = std::min(most, farthest(corners, corner.nearest.triangle, most));
+      if (is_enough(most)) return settle(most);
+    }
+    // The next one comes from the centre and radius of the piece.
     const Vector3 centre = 0.25 * ((corners[0].p + corners[1].p) + (corners[2].p + corners[3].p));
     double radius = 0.0;
     for (const Corner& corner : corners) radius = std::max(radius, norm(corner.p - centre));
     const MeshDistance::Nearest nearest = mesh_.nearest_from(centre, hint);
-    double most = std::min(farthest(corners, nearest.triangle), nearest.distance + radius);
+    most = std::min({most, farthest(corners, nearest.triangle, most), nearest.distance + radius});
     if (is_enough(most)) return settle(most);
     // A piece within the solid ends here.
     Corner middle{centre, nearest, 0, true};
@@ -71,11 +79,11 @@ class ExcessSearch {
         corner.nearest = mesh_.nearest_from(corner.p, nearest.triangle);
         corner.winding = winding_near(corner, std::span(&middle, 1));
         corner.is_known = true;
+        if (corner.nearest.triangle != nearest.triangle)
+          most = std::min(most, farthest(corners, corner.nearest.triangle, most));
       }
       if (corner.nearest.distance > deepest->nearest.distance) deepest = &corner;
       held[i] = corner.p;
-      if (corner.nearest.triangle != nearest.triangle)
-        most = std::min(most, farthest(corners, corner.nearest.triangle));
       if (corner.is_inside()) continue;
       note(corner.p, corner.nearest.distance);
       moved = std::max(moved, corner.nearest.distance);
@@ -83,7 +91,8 @@ class ExcessSearch {
     }
     // If the tetrahedron of the held points is solid, no point is further out than its corners moved.
     const double slack = limit_ >= 0.0 ? limit_ - moved : 0.5 * resolution_;
-    if (slack > 0.0 && moved + slack < most && is_solid(held, slack, *deepest)) most = moved + slack;
+    if (slack > 0.0 && moved + slack < most && is_solid(held, slack, corners, middle, *deepest))
+      most = moved + slack;
     if (is_enough(most)) return settle(most);
     open.push({corners, most});
   }
@@ -142,13 +151,33 @@ class ExcessSearch {
   }
 
   // Whether the tetrahedron, drawn in by the slack, is within the solid.
-  bool is_solid(std::array<Vector3, 4> held, double slack, const Corner& near) const {
+  bool is_solid(std::array<Vector3, 4> held, double slack, const Corners& corners, const Corner& middle,
+                const Corner& near) const {
     const Vector3 centre = 0.25 * ((held[0] + held[1]) + (held[2] + held[3]));
     double radius = 0.0;
     for (const Vector3& p : held) radius = std::max(radius, norm(p - centre));
     const double share = std::min(0.5, slack / radius);
     for (Vector3& p : held) p += share * (centre - p);
-    return radius > 0.0 && mesh_.is_solid(held, {near.p, near.nearest.distance, near.winding});
+    if (!(radius > 0.0) || is_clear(held, centre, middle)) return false;
+    if (std::any_of(corners.begin(), corners.end(),
+                    [&](const Corner& corner) { return is_clear(held, centre, corner); }))
+      return false;
+    return mesh_.is_solid(held, {near.p, near.nearest.distance, near.winding});
+  }
+
+  // Whether a corner of the tetrahedron, its centre, or the middle of an edge is in the ball about a point
+  // outside that no surface meets: it then is outside, too.
+  static bool is_clear(const std::array<Vector3, 4>& held, const Vector3& centre, const Corner& known) {
+    if (known.is_inside()) return false;
+    const double clear = known.nearest.distance * (1.0 - 1e-9), most = clear * clear;
+    const auto has = [&](const Vector3& p) { return dot(p - known.p, p - known.p) < most; };
+    if (has(centre)) return true;
+    for (std::size_t i = 0; i < 4; ++i) {
+      if (has(held[i])) return true;
+      for (std::size_t j = i + 1; j < 4; ++j)
+        if (has(0.5 * (held[i] + held[j]))) return true;
+    }
+    return false;
   }
 
   bool counts(const Vector3& p) const {
@@ -162,10 +191,12 @@ class ExcessSearch {
     return (bounds.high - box_->low).minCoeff() < 0.0 || (box_->high - bounds.low).minCoeff() < 0.0;
   }
 
-  double farthest(const Corners& corners, std::uint32_t triangle) const {
-    double most = 0.0;
-    for (const Corner& corner : corners) most = std::max(most, mesh_.to_triangle(corner.p, triangle));
-    return most;
+  // Of the corners, from a triangle; or some distance of at least `most`.
+  double farthest(const Corners& corners, std::uint32_t triangle, double most) const {
+    double farthest = 0.0;
+    for (std::size_t i = 0; i < corners.size() && farthest < most; ++i)
+      farthest = std::max(farthest, mesh_.to_triangle(corners[i].p, triangle));
+    return farthest;
   }
 
   const MeshDistance& mesh_;
@@ -201,10 +232,13 @@ double fill(ExcessSearch& search, const MeshDistance& mesh, const std::array<Vec
 }
 
 // The worst piece is divided until the bound is close enough, or decides.
-void divide_worst(ExcessSearch& search, double resolution, double enough, std::size_t most_pieces) {
+void divide_worst(ExcessSearch& search, double resolution, double enough, std::size_t most_pieces,
+                  double known = kInfinity) {
+  constexpr std::size_t kFewPieces = 500;  // that may bound it closer than what is known
   while (!search.open.empty() && search.result.pieces < most_pieces) {
     const double most = search.open.top().most;
     if (most <= search.result.least + resolution || most <= enough) break;
+    if (known <= search.result.least + resolution && search.result.pieces >= kFewPieces) break;
     if (enough > 0.0 && search.result.least > enough) break;
     const Piece piece = search.open.top();
     search.open.pop();
@@ -217,11 +251,11 @@ void divide_worst(ExcessSearch& search, double resolution, double enough, std::s
 }  // namespace
 
 ExcessBound bound_excess(const MeshDistance& mesh, const std::array<Vector3, 8>& vertices, double resolution,
-                         double enough, const Bounds* box, std::size_t most_pieces) {
+                         double enough, const Bounds* box, std::size_t most_pieces, double known) {
   ExcessSearch search(mesh, box, resolution, -1.0);
   const double rounding = fill(search, mesh, vertices);
-  divide_worst(search, resolution, enough, most_pieces);
-  search.result.most += rounding;
+  divide_worst(search, resolution, enough, most_pieces, known);
+  search.result.most = std::min(search.result.most + rounding, known);
   return search.result;
 }
 
@@ -235,7 +269,7 @@ ExcessBound judge_excess(const MeshDistance& mesh, const std::array<Vector3, 8>&
 
 std::optional<Vector3> find_beyond(const MeshDistance& mesh, const std::array<Vector3, 8>& vertices,
                                    double limit, double resolution, const Bounds* box,
-                                   std::size_t most_pieces) {
+                                   std::size_t most_pieces, std::uint64_t* looked_at) {
   double largest = mesh.largest_coordinate();
   for (const Vector3& p : vertices) largest = std::max(largest, norm_inf(p));
   const double below = std::max(0.0, limit - 0x1p-41 * largest);  // the bound's rounding is added below it
@@ -243,6 +277,7 @@ std::optional<Vector3> find_beyond(const MeshDistance& mesh, const std::array<Ve
   search.result.where = vertices[0];
   const double rounding = fill(search, mesh, vertices);
   divide_worst(search, resolution, below, most_pieces);
+  if (looked_at != nullptr) *looked_at += search.result.pieces;
   if (search.result.most + rounding <= limit) return std::nullopt;
   return search.result.where;
 }

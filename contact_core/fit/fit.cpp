@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <deque>
+#include <map>
 #include <optional>
 
 #include "touchstone/contact_core/fit/excess.hpp"
@@ -93,18 +93,18 @@ class Measures {
     const std::array<Vector3, 8> vertices = view_.corners(solid);
     if (about_prism(solid) <= least_over(vertices)) return std::nullopt;
     if (accepted_.holds(solid)) return std::nullopt;
-    auto known = std::find_if(verdicts_.begin(), verdicts_.end(),
-                              [&](const auto& each) { return each.first == vertices; });
-    if (known == verdicts_.end()) {
-      known = verdicts_.emplace(verdicts_.end(), vertices, beyond(vertices));
-      if (!known->second) accepted_.add(solid);
-    }
-    return known->second ? std::optional<Vector3>(view_.there(*known->second)) : std::nullopt;
+    const std::optional<Vector3>& point = verdict(vertices);
+    if (!point) accepted_.add(solid);
+    return point ? std::optional<Vector3>(view_.there(*point)) : std::nullopt;
   }
 
-  Fit fit(const std::vector<SixPlanes>& solids) const {
+  Fit fit(const std::vector<SixPlanes>& solids) {
     std::vector<Measured> all;
-    for (const SixPlanes& solid : solids) all.push_back({view_.corners(solid), about_prism(solid), {}});
+    for (const SixPlanes& solid : solids) {
+      Measured& each = all.emplace_back(Measured{view_.corners(solid), about_prism(solid), false, {}});
+      each.is_accepted = is_slab(each) || !verdict(each.vertices);
+      if (options_.progress) options_.progress("measure", 0.0);
+    }
     std::vector<std::vector<Measured>> near;
     std::size_t passes = all.size();
     for (const FitRegion& region : options_.regions) {
@@ -128,7 +128,20 @@ class Measures {
     return fit;
   }
 
+  /// Tetrahedra looked at so far: what checks cost, the same on every machine.
+  std::uint64_t pieces() const { return pieces_; }
+
  private:
+  using Vertices = std::array<Vector3, 8>;
+  struct ByCoordinates {
+    bool operator()(const Vertices& a, const Vertices& b) const {
+      return std::lexicographical_compare(
+          a.begin(), a.end(), b.begin(), b.end(), [](const Vector3& p, const Vector3& q) {
+            return std::lexicographical_compare(p.begin(), p.end(), q.begin(), q.end());
+          });
+    }
+  };
+
   // No point of it is farther from the solid, as one prism tells; infinite where none does.
   double about_prism(const SixPlanes& solid) const {
     const std::array<Vector3, 8> corners = solid.corners();
@@ -152,11 +165,21 @@ class Measures {
     return least;
   }
 
-  std::optional<Vector3> beyond(const std::array<Vector3, 8>& vertices) const {
-    std::optional<Vector3> point = find_beyond(mesh_, vertices, options_.over, options_.over / kClosest);
+  // Looked for once of the same vertices.
+  const std::optional<Vector3>& verdict(const Vertices& vertices) {
+    const auto known = verdicts_.find(vertices);
+    return known != verdicts_.end() ? known->second
+                                    : verdicts_.emplace(vertices, beyond(vertices)).first->second;
+  }
+
+  std::optional<Vector3> beyond(const Vertices& vertices) {
+    const auto find = [&](double over, const Bounds* box) {
+      return find_beyond(mesh_, vertices, over, over / kClosest, box, kMostPieces, &pieces_);
+    };
+    std::optional<Vector3> point = find(options_.over, nullptr);
     if (point) return point;
     for (const FitRegion& region : options_.regions) {
-      point = find_beyond(mesh_, vertices, region.over, region.over / kClosest, &region.box);
+      point = find(region.over, &region.box);
       if (point) return point;
     }
     return std::nullopt;
@@ -164,7 +187,8 @@ class Measures {
 
   struct Measured {
     std::array<Vector3, 8> vertices;
-    double about;  // no point of it is farther, as one prism tells
+    double about;      // no point of it is farther, as one prism tells
+    bool is_accepted;  // it keeps to all that is asked
     ExcessBound bound;
   };
 
@@ -188,14 +212,14 @@ class Measures {
     double least = 0.0;  // of the largest
     for (Measured& each : all) {
       each.bound = is_slab(each) ? ExcessBound{0.0, each.about, each.vertices[0]}
-                                 : bound_excess(mesh_, each.vertices, over / kCoarse, 0.0, box);
+                                 : bound(each, over, over / kCoarse, 0.0, box);
       least = std::max(least, each.bound.least);
       ticks.next();
     }
     for (Measured& each : all) {
       // A point that is farther than all before stops the bound; the next one goes on from there.
       while (!is_slab(each) && each.bound.most > least + over / kFine) {
-        each.bound = bound_excess(mesh_, each.vertices, over / kFine, least + over / kFine, box);
+        each.bound = bound(each, over, over / kFine, least + over / kFine, box);
         ticks.again();
         if (each.bound.least <= least) break;
         least = each.bound.least;
@@ -206,16 +230,24 @@ class Measures {
     }
   }
 
+  ExcessBound bound(const Measured& each, double over, double resolution, double enough,
+                    const Bounds* box) const {
+    return bound_excess(mesh_, each.vertices, resolution, enough, box, kMostPieces,
+                        each.is_accepted ? over : kInfinity);
+  }
+
   bool is_slab(const Measured& each) const { return each.about <= least_over(each.vertices); }
 
   static constexpr double kCoarse = 8.0, kFine = 32.0;  // of what is asked
   static constexpr double kClosest = 512.0;             // of what is asked: to tell whether it is kept to
+  static constexpr std::size_t kMostPieces = 200000;    // that a bound looks at
   const View& view_;
   const MeshDistance& mesh_;
   const FitOptions& options_;
   std::span<const Prism> prisms_;
-  std::deque<std::pair<std::array<Vector3, 8>, std::optional<Vector3>>> verdicts_;
+  std::map<Vertices, std::optional<Vector3>, ByCoordinates> verdicts_;
   AcceptedSolids accepted_;
+  std::uint64_t pieces_ = 0;
 };
 
 bool keeps_to(const Fit& fit, const FitOptions& options) {
@@ -230,13 +262,14 @@ struct Start {
 };
 constexpr std::array<Start, 6> kStarts = {
     {{0.96, 0.0}, {0.98, 0.25}, {0.96, 0.5}, {0.98, 0.0}, {0.96, 0.75}, {0.98, 0.5}}};
-constexpr double kVisitsARepair = 1.25e6;  // that a try may take on average for others to follow it
+constexpr double kVisitsARepair = 1.25e6;     // that a try may take on average for others to follow it
+constexpr std::uint64_t kVisitsAPiece = 100;  // that take as long as a check looks at a tetrahedron
 constexpr std::size_t kAny = static_cast<std::size_t>(-1);  // number of hexahedra
 constexpr std::array<double, 3> kSmallerShares = {0.9, 0.8, 0.65};
 
 // What searches took, and what they did with parts.
 struct Record {
-  std::uint64_t visits = 0;
+  std::uint64_t visits = 0;          // and what was looked at beside, as visits that take as long
   std::vector<std::uint32_t> rings;  // bores that had one, by index; some twice
   std::vector<std::uint32_t> uncovered_rings, uncovered_prisms;
 
@@ -291,7 +324,7 @@ std::optional<Fit> fit_within(const View& view, const Parts& parts, const FitOpt
   const std::vector<SixPlanes> solids = search.run(
       options.over / 64.0, margin, [&](const SixPlanes& solid) { return measures.refused(solid); });
   // It is measured.
-  record.visits += space.visits();
+  record.visits += space.visits() + kVisitsAPiece * measures.pieces();
   record.uncovered_prisms.insert(record.uncovered_prisms.end(), search.uncovered().prisms.begin(),
                                  search.uncovered().prisms.end());
   for (const std::uint32_t i : search.uncovered().rings) record.uncovered_rings.push_back(sectors[i].part);

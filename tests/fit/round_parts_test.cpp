@@ -132,6 +132,24 @@ TEST(Excess, WhatFindBeyondAcceptsIsJudgedToKeepToTheLimit) {
   EXPECT_GT(left_open, 0);
 }
 
+// As a cover's hexahedra, which a search has found to keep to what is asked.
+TEST(Excess, WhatIsKnownToBeTheMostEndsABoundSooner) {
+  const MeshDistance tube(weld(tube_mesh(0.4, 0.5, 1.0, 32)));
+  const std::array<Vector3, 8> box = box_vertices({-0.45, -0.4, 0.02}, {0.4, 0.45, 0.97});
+  constexpr std::size_t kMost = 200000;
+  constexpr double kResolution = 3e-3;
+  const double most = bound_excess(tube, box, kResolution / 8.0).most;
+  const ExcessBound sought = bound_excess(tube, box, kResolution),
+                    known = bound_excess(tube, box, kResolution, 0.0, nullptr, kMost, most);
+  EXPECT_LE(known.most, most);
+  EXPECT_GE(known.least, most - kResolution);
+  EXPECT_LT(2 * known.pieces, sought.pieces);
+  // What is far above says nothing.
+  const ExcessBound far = bound_excess(tube, box, kResolution, 0.0, nullptr, kMost, 10.0 * most);
+  EXPECT_EQ(far.most, sought.most);
+  EXPECT_EQ(far.pieces, sought.pieces);
+}
+
 // Eight slabs go around 32 facets within a millimetre of a circle of 80. Before it took minutes.
 TEST(Fit, AConeTakesTaperedSlabs) {
   for (const double top : {0.03, 0.0}) {
