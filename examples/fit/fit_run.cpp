@@ -132,12 +132,14 @@ void check_names(const std::vector<std::filesystem::path>& meshes) {
 FitRun run_fit(const std::filesystem::path& mesh, const FitRequest& request,
                program::ProgressLine& progress) {
   // The certificate hashes the file's bytes, not the triangles read.
+  progress.step("read");
   ReadMesh read = read_mesh(mesh, request.input);
   const std::string bytes = program::read_file(mesh.string(), "the mesh");
   FitRun run;
   run.mesh = std::move(read.mesh);
   run.note = std::move(read.note);
   const TriangleMesh& triangles = run.mesh;
+  progress.step("join");
   const MeshDistance solid(weld(triangles));
   // Open shells get no inside, which the report must state.
   run.name = cover_name(mesh);
