@@ -1,5 +1,7 @@
 #include "touchstone/adapters/robots/mesh_path.hpp"
 
+#include <algorithm>
+#include <charconv>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
@@ -66,9 +68,21 @@ path in_package(const std::string& uri, const std::string& rest, const path& rob
                    looked_in);
 }
 
-}  // namespace
+// %20 and the like as the bytes that they stand for; a zero byte stays as written, as it would end a name.
+std::string decoded(const std::string& uri) {
+  std::string text;
+  for (std::size_t i = 0; i < uri.size(); ++i) {
+    unsigned value = 0;
+    const char* const end = uri.data() + std::min(i + 3, uri.size());
+    const bool is_code = uri[i] == '%' && i + 2 < uri.size() &&
+                         std::from_chars(uri.data() + i + 1, end, value, 16).ptr == end && value != 0;
+    text += is_code ? static_cast<char>(value) : uri[i];
+    if (is_code) i += 2;
+  }
+  return text;
+}
 
-path mesh_path(const std::string& uri, const path& robot, const std::vector<path>& package_paths) {
+path find_mesh(const std::string& uri, const path& robot, const std::vector<path>& package_paths) {
   for (const char* scheme : {"package://", "model://"})
     if (uri.starts_with(scheme))
       return in_package(uri, uri.substr(std::string(scheme).size()), robot, package_paths);
@@ -83,6 +97,18 @@ path mesh_path(const std::string& uri, const path& robot, const std::vector<path
   if (uri.empty() || !std::filesystem::is_regular_file(file, error))
     throw InputError("mesh '" + uri + "': there is no file " + file.string());
   return file;
+}
+
+}  // namespace
+
+path mesh_path(const std::string& uri, const path& robot, const std::vector<path>& package_paths) {
+  const std::string plain = uri.find("://") == std::string::npos ? uri : decoded(uri);
+  if (plain == uri) return find_mesh(uri, robot, package_paths);
+  try {
+    return find_mesh(uri, robot, package_paths);
+  } catch (const InputError&) {  // no file has the name as it is written
+    return find_mesh(plain, robot, package_paths);
+  }
 }
 
 }  // namespace touchstone

@@ -12,7 +12,7 @@ namespace touchstone {
 /// that package, `file:///PATH`, or a path relative to the robot's folder. A folder is package NAME if it is
 /// called so or its package.xml says so; looked in, in this order: `package_paths` and what is in them, those
 /// of ROS_PACKAGE_PATH, GAZEBO_MODEL_PATH and AMENT_PREFIX_PATH (each with /share), the robot's folder and
-/// those above it.
+/// those above it. Where nothing has the name as a URI writes it, `%20` and the like are decoded.
 /// @throws InputError naming the mesh: no such package or file, a path that leaves its package (by its words:
 /// links in the file system are followed), another scheme.
 std::filesystem::path mesh_path(const std::string& uri, const std::filesystem::path& robot,

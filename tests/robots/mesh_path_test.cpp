@@ -57,6 +57,21 @@ TEST_F(MeshPath, RelativeAndFilePathsAreTaken) {
   EXPECT_EQ(mesh_path("file://" + finger.string(), robot_, {}), finger);
 }
 
+// As exporters write names with spaces: a name that is there as it is written comes first.
+TEST_F(MeshPath, UrisMayBePercentEncoded) {
+  const path middle = root_ / "other/left hand/middle finger.stl", literal = root_ / "other/hand/a%20b.stl";
+  create_directories(middle.parent_path());
+  for (const path& file : {middle, literal}) std::ofstream(file) << "solid";
+  const std::vector<path> packages = {root_ / "other"};
+  for (const char* uri :
+       {"package://left hand/middle finger.stl", "package://left%20hand/middle%20finger.stl"})
+    EXPECT_TRUE(equivalent(mesh_path(uri, robot_, packages), middle)) << uri;
+  EXPECT_EQ(mesh_path("package://hand/a%20b.stl", robot_, packages), literal);
+  EXPECT_THAT(error("package://hand/a/%2e%2e/%2E%2E/secret.stl"), HasSubstr("leaves its package"));
+  EXPECT_THAT(error("package://hand/finger.stl%00"), HasSubstr("not found"));
+  EXPECT_THAT(error("package://hand/finger.stl%2"), HasSubstr("not found"));
+}
+
 TEST_F(MeshPath, NoPathLeavesItsPackage) {
   EXPECT_THAT(error("package://hand/../secret.stl"), HasSubstr("leaves its package"));
   EXPECT_THAT(error("package://hand/a/../../secret.stl"), HasSubstr("leaves its package"));
