@@ -475,7 +475,8 @@ void write_hull_contact(const SolidSet& set, const NarrowphaseInput& input, cons
   write_manifold(placed, distance, pair.swapped, input.query, geometry, points);
 }
 
-/// The pairs of a batch that have no distance and that the kernel of depths in lanes takes.
+/// The pairs of a batch that have no distance and that the kernel of depths in lanes takes. Their hulls are
+/// fetched meanwhile.
 void pick_for_lanes(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
                     const Batch& batch, const Records& records, Batch& out) {
   // Two lanes are no faster than one pair's vertices in them.
@@ -485,7 +486,7 @@ void pick_for_lanes(const SolidSet& set, const Kernels& kernels, const Narrowpha
   for (std::size_t i = 0; i < batch.count; ++i) {
     if (const std::size_t later = i + kAhead; later < batch.count && is_open(later))
       for (const std::uint32_t solid : {batch.pairs[later].a, batch.pairs[later].b})
-        __builtin_prefetch(&set.solids[solid].hull->record);
+        prefetch_hull(set, solid, true, false);
     const SolidPair pair{batch.pairs[i].a, batch.pairs[i].b};
     if (is_open(i) && has_lanes_hull(set, pair.a) && has_lanes_hull(set, pair.b) &&
         has_finite_poses(pair, input.poses) &&
