@@ -19,8 +19,8 @@ namespace touchstone::physics {
 ///     while (!run.is_over()) { run.begin_step(); run.find_contacts(); run.advance(); }
 ///
 /// Set-up throws InputError. The three parts of a step do not throw, and do not allocate unless more contacts
-/// come up than there is memory for (kReservedContacts) or a backend does: latches and releases change the
-/// world in place. One thread.
+/// come up than there is memory for (kReservedContacts, or what reserve() was given) or a backend does:
+/// latches and releases change the world in place. One thread.
 class SceneSimulation {
  public:
   static constexpr std::size_t kReservedContacts = 128;
@@ -33,6 +33,9 @@ class SceneSimulation {
   SceneSimulation(const DynamicScene& scene, MakeContacts make);
   SceneSimulation(DynamicScene&&, MakeContacts) = delete;
   ~SceneSimulation();
+
+  /// Memory for this many contacts at a time, up to four a body and more in a pile. Between steps; allocates.
+  void reserve(std::size_t contacts);
 
   /// All that the run has come to: states, latches, drives, what the next step starts from. Good for this
   /// simulation alone. @see restore()
@@ -237,6 +240,7 @@ class SceneSimulation {
   std::unique_ptr<Snapshot> initial_;
   TouchEvents touches_;
   bool is_watched_ = false;
+  std::size_t reserved_ = kReservedContacts;
   std::vector<double> joint_q_, joint_qd_;                          // of set_joint()
   std::shared_ptr<const int> id_ = std::make_shared<const int>(0);  // snapshots know it: addresses come again
 };

@@ -73,8 +73,16 @@ void SceneSimulation::set_joint(const JointAddress& joint, double value, double 
 
 void SceneSimulation::watch_touches(bool is_watched) {
   is_watched_ = is_watched;
-  touches_.reserve(kReservedContacts);
+  touches_.reserve(reserved_);
   touches_.forget();
+}
+
+void SceneSimulation::reserve(std::size_t contacts) {
+  reserved_ = std::max(reserved_, contacts);
+  world_->reserve(reserved_);
+  forces_.reserve(reserved_);
+  contacts_->reserve(reserved_, reserved_);
+  if (is_watched_) touches_.reserve(reserved_);
 }
 
 /// Neither forces nor commands move it now.

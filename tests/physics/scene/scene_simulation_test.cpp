@@ -280,6 +280,27 @@ TEST(SceneSimulation, LatchesReleasesAndRampsAllocateNothing) {
   EXPECT_NEAR(simulation.object_pose(5).p.z(), 0.1, 1e-8);
 }
 
+TEST(SceneSimulation, ManyContactsAllocateNothingWhereTheyAreReservedFor) {
+  // 64 cubes in 16 stacks fall by 1 mm: 256 contacts, of which there are none at first.
+  DynamicScene scene = empty_scene(0.05);
+  scene.gravity_W = {0, 0, -9.81};
+  add(scene, box("floor", {20, 20, 1}, at({0, 0, -0.5})), {});
+  const Vector3 size(0.2, 0.2, 0.2);
+  for (int i = 0; i < 64; ++i)
+    add(scene,
+        box("cube " + std::to_string(i), size,
+            at({0.5 * (i % 4), 0.5 * (i / 4 % 4), 0.102 + 0.202 * (i / 16)})),
+        free_body(1, size));
+  SceneSimulation simulation(scene, native_contacts);
+  simulation.reserve(256);
+  const std::size_t allocations = allocation_count();
+  while (!simulation.is_over()) {
+    ASSERT_EQ(step(simulation).failure, StepFailure::none);
+    ASSERT_EQ(allocation_count(), allocations) << simulation.time();
+  }
+  EXPECT_EQ(simulation.contacts().size(), 256u);
+}
+
 TEST(SceneSimulation, NothingPassesThroughAPlateHoweverFast) {
   // In one step of 1 ms it goes 0.4 m at most, through a plate of 5 cm and beyond; the margin is 1 mm.
   for (const double speed : {0.5, 2.0, 50.0, 400.0}) {
