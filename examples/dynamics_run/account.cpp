@@ -12,6 +12,19 @@ using physics::ContactSide;
 using physics::DynamicsEngine;
 using physics::EngineContact;
 
+namespace {
+
+/// Whether a joint between bodies takes momentum from free ones to the ground, links or kinematic bodies.
+bool hold_free_bodies(const physics::DynamicScene& scene) {
+  const auto is_free = [&](std::size_t object) {
+    return object != kNoObject && scene.bodies[object].kind == physics::BodyKind::dynamic;
+  };
+  return std::any_of(scene.joints.begin(), scene.joints.end(),
+                     [&](const auto& joint) { return is_free(joint.parent) != is_free(joint.child); });
+}
+
+}  // namespace
+
 Account::Account(const DynamicsEngine& engine)
     : joints_(moving_joints(engine.scene())),
       linear_start_(engine.linear_momentum()),
@@ -26,6 +39,7 @@ Account::Account(const DynamicsEngine& engine)
   angular_drift_ = any_angular ? 0.0 : nan;
   energy_drift_ = conserved.energy ? 0.0 : nan;
   largest_energy_ = std::abs(energy_);
+  if (hold_free_bodies(engine.scene())) unexplained_momentum_ = nan;
 }
 
 void Account::join(const DynamicsEngine& engine) {
@@ -49,6 +63,7 @@ void Account::add_impulses(const DynamicsEngine& engine, std::span<const EngineC
     const bool a = contact.side_a == ContactSide::body, b = contact.side_b == ContactSide::body;
     if (a != b) momentum_ += (b ? h : -h) * contact.force_W;
   }
+  if (std::isnan(unexplained_momentum_)) return;
   unexplained_momentum_ = std::max(unexplained_momentum_, norm(engine.body_momentum() - momentum_));
 }
 

@@ -20,7 +20,7 @@ class Account {
   void after_step(const physics::DynamicsEngine& engine, std::span<const physics::EngineContact> contacts);
 
   /// Largest momentum of the free bodies that gravity and what they touched of other kinds do not explain
-  /// [N s].
+  /// [N s]; nan where joints hold some of them to what is not free: engines do not tell with what force.
   double unexplained_momentum() const { return unexplained_momentum_; }
   /// Largest change of what the scene declares conserved; nan where it declares nothing [N s], [N m s], [J].
   double linear_drift() const { return linear_drift_; }

@@ -234,6 +234,13 @@ TEST(Accounts, FreeFallMakesAndLosesNothingAndABounceLosesWhatItMust) {
   EXPECT_LT(got.energy_made, 1e-12 * fall);
   EXPECT_LT(got.unexplained_momentum, 1e-13);
   EXPECT_LT(got.deepest, 1e-8);
+  // What a joint to the ground gives it no engine tells.
+  physics::SceneBodyJoint pin;
+  pin.name = "pin";
+  pin.child = 1;
+  pin.kind = physics::BodyJointKind::ball;
+  falling.joints = {pin};
+  EXPECT_TRUE(std::isnan(run(falling, "native").unexplained_momentum));
 }
 
 TEST(Accounts, WhatDrivesDoIsNotEnergyFromNothing) {
