@@ -226,7 +226,7 @@ TEST(ProcessEngine, OneThatTakesItsSolidsBySipsIsEnded) {
   BackendRegistry registry;
   const std::string name = register_process_engine(
       registry, {.command = {BAD_ENGINE, "sips"},
-                 .time_limit = milliseconds(200),
+                 .time_limit = milliseconds(400),
                  .max_restarts = 0,
                  .limits_of_a_question = 1,
                  .on_failure = [&](std::string_view what) { told.emplace_back(what); }});
@@ -238,7 +238,7 @@ TEST(ProcessEngine, OneThatTakesItsSolidsBySipsIsEnded) {
   EXPECT_THAT(ask(*narrowphase, pairs, poses, {.kind = QueryKind::distance}).status,
               ElementsAre(PairStatus::failed));
   ASSERT_FALSE(told.empty());
-  EXPECT_THAT(told.front(), HasSubstr("failed, not done within 0.4 s on taking solids"));
+  EXPECT_THAT(told.front(), HasSubstr("failed, not done within 0.8 s on taking solids"));
 }
 
 // All are started before the first answers, which is twice as often as may be in vain.
