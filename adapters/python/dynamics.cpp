@@ -65,10 +65,6 @@ class Run {
   }
 
   const EngineStep& last() const { return last_; }
-  std::size_t checked_object(std::size_t object) const {
-    if (object >= scene_.scene.objects.size()) throw py::index_error("object " + std::to_string(object));
-    return object;
-  }
   JointAddress joint(const std::string& name) const { return joint_named(scene_, name); }
   std::size_t object_count() const { return scene_.scene.objects.size(); }
 

@@ -16,6 +16,7 @@
 #include "touchstone/contact_core/registry.hpp"
 #include "touchstone/contact_core/world/contact_world.hpp"
 #include "touchstone/tests/c_interface/owned_world.hpp"
+#include "touchstone/tests/support/at.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
 #include "touchstone/tests/support/random.hpp"
 
@@ -29,14 +30,6 @@ OwnedWorld made_world() {
   EXPECT_EQ(touchstone_create_world("native", 0.0, &made), TOUCHSTONE_OK) << touchstone_error();
   return OwnedWorld(made);
 }
-
-touchstone_pose c_pose(const Pose& X) {
-  touchstone_pose out;
-  std::memcpy(&out, &X, sizeof out);
-  return out;
-}
-
-Pose at(double x, double y, double z) { return {Matrix3::Identity(), {x, y, z}}; }
 
 std::vector<double> joints_of(const OwnedWorld& world, touchstone_mechanism arm) {
   const double* values = nullptr;

@@ -16,6 +16,7 @@
 #include "touchstone/contact_core/registry.hpp"
 #include "touchstone/contact_core/world/contact_world.hpp"
 #include "touchstone/tests/c_interface/owned_world.hpp"
+#include "touchstone/tests/support/at.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
 #include "touchstone/tests/support/random.hpp"
 
@@ -23,12 +24,6 @@ namespace touchstone {
 namespace {
 
 using testing::HasSubstr;
-
-touchstone_pose c_pose(const Pose& X) {
-  touchstone_pose out;
-  std::memcpy(&out, &X, sizeof out);
-  return out;
-}
 
 /// A world through C, and what is in it.
 struct CWorld {
@@ -74,8 +69,6 @@ bool same_bits(const X& x, const Y& y) {
 // ---- the same as through C++
 
 constexpr int kBoxes = 40;
-
-Pose at(double x, double y, double z) { return {Matrix3::Identity(), {x, y, z}}; }
 
 Pose start_of(int i) { return at(1.2 * (i % 5), 1.2 * (i / 5 % 4), 1.2 * (i / 20)); }
 

@@ -231,10 +231,4 @@ Vector3 point_on_a(const HullPair& pair, const Simplex& s) {
   return p;
 }
 
-Vector3 point_on_b(const HullPair& pair, const Simplex& s) {
-  Vector3 p = s.weight[0] * pair.b.vertex(s.b[0]);
-  for (int i = 1; i < s.count; ++i) p += s.weight[i] * pair.b.vertex(s.b[i]);
-  return p;
-}
-
 }  // namespace touchstone::native

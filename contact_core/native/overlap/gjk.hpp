@@ -41,8 +41,7 @@ enum class Search : std::uint8_t {
 /// @param limit give up beyond this distance; may be infinite.
 Search closest_point(const HullPair& pair, const Vector3& start, double limit, Simplex& simplex);
 
-/// The points of A and B (about the pair's origin) with the simplex's weights.
+/// The point of A (about the pair's origin) with the simplex's weights.
 Vector3 point_on_a(const HullPair& pair, const Simplex& simplex);
-Vector3 point_on_b(const HullPair& pair, const Simplex& simplex);
 
 }  // namespace touchstone::native
