@@ -98,6 +98,15 @@ class Measures {
     return point ? std::optional<Vector3>(view_.there(*point)) : std::nullopt;
   }
 
+  /// Whether one of them surely has a point that is farther than all of the cover may be.
+  bool is_beyond(const std::vector<SixPlanes>& solids) {
+    return std::any_of(solids.begin(), solids.end(), [this](const SixPlanes& solid) {
+      if (!refused(solid)) return false;
+      const std::optional<Vector3>& point = verdict(view_.corners(solid));
+      return point && mesh_.to_solid(*point) > options_.over;
+    });
+  }
+
   Fit fit(const std::vector<SixPlanes>& solids) {
     std::vector<Measured> all;
     for (const SixPlanes& solid : solids) {
@@ -301,7 +310,7 @@ struct Parts {
   }
 };
 
-// Nothing where more than `most` hexahedra are found: these are not measured.
+// Nothing where more than `most` hexahedra are found, or one that goes too far: these are not measured.
 std::optional<Fit> fit_within(const View& view, const Parts& parts, const FitOptions& options,
                               const Start& start, std::size_t most, Record& record) {
   // The solid is cut, its parts by themselves.
@@ -330,7 +339,7 @@ std::optional<Fit> fit_within(const View& view, const Parts& parts, const FitOpt
   for (const std::uint32_t i : search.uncovered().rings) record.uncovered_rings.push_back(sectors[i].part);
   for (const Sectors& each : sectors)
     if (each.has_shell()) record.rings.push_back(each.part);
-  if (solids.size() > most) return std::nullopt;
+  if (solids.size() > most || measures.is_beyond(solids)) return std::nullopt;
   Fit fit = measures.fit(solids);
   fit.pieces = cells.size();
   return fit;
@@ -357,7 +366,7 @@ std::optional<Fit> best_of_tries(const View& view, const Parts& parts, const Fit
   // The search filters; where that let something through, it looks again with less to spend.
   for (const double share : kSmallerShares) {
     std::optional<Fit> fit = fit_within(view, parts, options, {share, 0.0}, kAny, record);
-    if (keeps_to(*fit, options)) return fit;
+    if (fit && keeps_to(*fit, options)) return fit;
   }
   return std::nullopt;
 }
