@@ -215,7 +215,7 @@ Statistics measure(const std::string& backend, bool hull, double offset, double 
     pairs.push_back({static_cast<SolidIndex>(2 * i), static_cast<SolidIndex>(2 * i + 1)});
     truth.push_back(signed_distance(a, X_WA, b, X_WB));
   }
-  // The backend's answers.
+  // The backend answers all pairs in one call.
   const auto narrowphase = make_registry().make_narrowphase(backend);
   narrowphase->build(solids);
   std::vector<PairStatus> status(pairs.size());

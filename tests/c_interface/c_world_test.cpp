@@ -274,7 +274,7 @@ struct TwoWorlds {
       EXPECT_TRUE(same_bits(felt[i].moment_W, report.felt[i].moment_W));
       largest_force = std::max(largest_force, std::abs(felt[i].force_W[0]));
     }
-    // Poses.
+    // Every object went as far in both worlds.
     for (std::size_t i = 0; i < handles.size(); ++i)
       EXPECT_TRUE(same_bits(c.pose(c.objects[i]), cpp->actual_pose(handles[i]))) << i;
     return cuts;
@@ -414,13 +414,13 @@ TEST_F(BadWorldCalls, UnknownNamesAndFigures) {
 }
 
 TEST_F(BadWorldCalls, BudgetsHandsAndGroups) {
-  // Budgets.
+  // A budget of negative seconds is refused, and leaves none set.
   const touchstone_slide_budget backwards{1, -1.0, 1};
   refused(touchstone_set_slide_budget(c.world.get(), &backwards), "a slide budget of -1");
   touchstone_slide_budget budget{};
   ASSERT_EQ(touchstone_get_slide_budget(c.world.get(), &budget), TOUCHSTONE_OK);
   EXPECT_TRUE(std::isinf(budget.seconds));
-  // Hands.
+  // A hand needs positive stiffness, a tool that is a pose, and an object.
   touchstone_hand hand = kSoftHand;
   hand.translation[1] = 0.0;
   EXPECT_EQ(touchstone_set_hand(c.world.get(), box, &hand), TOUCHSTONE_BAD_INPUT);

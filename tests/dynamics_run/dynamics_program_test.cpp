@@ -155,7 +155,7 @@ TEST_F(DynamicsRun, ABodyThatTurnsTooFarStopsTheRunAndIsNamed) {
 }
 
 TEST_F(DynamicsRun, BadOptionsAndInputAreRefusedInOneLine) {
-  // Options.
+  // Options with no such scene, backend or value are named.
   expect_refused("--scene no_such", "--scene no_such: there is no such scene; --list names them");
   expect_refused("--scene 8 --backend nobody", "nobody");
   expect_refused("--scene 8 --reference nobody", "nobody");
@@ -166,7 +166,7 @@ TEST_F(DynamicsRun, BadOptionsAndInputAreRefusedInOneLine) {
   expect_refused("--scene 08_pushed_centred --set speed=1", "the scene has no parameter 'speed'");
   expect_refused("--scenes " + (folder_ / "nowhere").string(), "cannot be read");
   expect_refused("--nonsense", "--nonsense");
-  // Files.
+  // Files are named with the line that is wrong.
   const fs::path bad =
       write("bad.yaml",
             "name: bad\nframe_rate: 50\ncontact_gap: 1.0e-9\npolicy: cue\nduration: 1\n"

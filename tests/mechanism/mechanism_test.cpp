@@ -163,7 +163,7 @@ void expect_rejected(const std::function<void(MechanismDescription&)>& spoil, co
 TEST(Mechanism, BadInputIsRejectedByName) {
   using D = MechanismDescription;
   const double nan = std::nan("");
-  // Names.
+  // Links and joints have names, each once, that are found.
   expect_rejected([](D& d) { d.name.clear(); }, "mechanism: no name");
   expect_rejected([](D& d) { d.links.clear(); }, "mechanism 'robot': no link");
   expect_rejected([](D& d) { d.links[1].name = "rail"; },

@@ -56,7 +56,7 @@ std::string what_is_broken_by(Break broken) {
 
 TEST(Validate, EveryBrokenPreconditionIsNamedWithIndexAndFigure) {
   const double nan = kNaN;
-  // Pairs and lists.
+  // Pairs are in order and of solids that there are; lists have the lengths asked for.
   EXPECT_EQ(what_is_broken({}), "sound");
   EXPECT_EQ(what_is_broken_by([](Call& c) { c.pairs[1] = {3, 2}; }), "pair 1: (3, 2) is not a < b");
   EXPECT_EQ(what_is_broken_by([](Call& c) { c.pairs[1] = {2, 2}; }), "pair 1: (2, 2) is not a < b");
@@ -68,7 +68,7 @@ TEST(Validate, EveryBrokenPreconditionIsNamedWithIndexAndFigure) {
   EXPECT_EQ(what_is_broken_by([](Call& c) { c.points.pop_back(); }), "points: has 7 entries, needs 8");
   EXPECT_EQ(what_is_broken_by([](Call& c) { c.cache.resize(1); }),
             "cache: has 1 entries, must be empty or have 2, one a pair");
-  // The query.
+  // The query's limits are numbers in range, and its kind is known.
   EXPECT_EQ(what_is_broken_by([](Call& c) { c.query.max_points = 0; }),
             "query: max_points is 0, must be 1 to 8");
   EXPECT_EQ(what_is_broken_by([](Call& c) { c.query.max_points = 9; }),
@@ -81,7 +81,7 @@ TEST(Validate, EveryBrokenPreconditionIsNamedWithIndexAndFigure) {
             "query: max_point_separation is nan");
   EXPECT_EQ(what_is_broken_by([](Call& c) { c.query.kind = static_cast<QueryKind>(7); }),
             "query: kind 7 is none");
-  // Poses.
+  // Poses are finite rotations.
   EXPECT_EQ(what_is_broken_by([&](Call& c) { c.poses[3].p.y() = nan; }),
             "pair 1: pose 3: a pose entry is not finite");
   EXPECT_THAT(what_is_broken_by([](Call& c) { c.poses[2].R *= 2.0; }),

@@ -21,7 +21,7 @@ struct Figures {
 };
 
 Figures measure(const char* what, Family family, const Vector3& centre) {
-  // The engine's answers.
+  // ODE answers the same pairs by overlap and by distance.
   const PairScene scene = random_pairs(20000, family, centre, 11);
   const auto narrowphase = registry().make_narrowphase("ode");
   narrowphase->build(scene.solids);
@@ -47,7 +47,7 @@ Figures measure(const char* what, Family family, const Vector3& centre) {
     figures.least_error = std::min(figures.least_error, error);
     errors.push_back(std::abs(error));
   }
-  // Quantiles.
+  // The errors of depths become a median and a worst.
   std::sort(errors.begin(), errors.end());
   figures.worst_depth_error = errors.back();
   figures.median_depth_error = errors[errors.size() / 2];

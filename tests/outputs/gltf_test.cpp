@@ -133,7 +133,7 @@ TEST(Gltf, EveryFrameOfEveryObject) {
   const std::array trees{two_solids("object 2"), two_solids("object 0"), two_solids("object 1"),
                          two_solids("not there")};
   write_gltf(file.path(), recording, trees);
-  // The document.
+  // The document has one node for each object of the recording, below one root.
   const Loaded loaded(file.path());
   EXPECT_EQ(loaded.document.at("asset").at("version"), "2.0");
   EXPECT_EQ(loaded.document.at("scenes").at(0).at("nodes"), json::array({0}));

@@ -229,7 +229,7 @@ TEST(DynamicsFile, ContactOnlyReadersPassTheDynamicsBy) {
 }
 
 TEST(DynamicsFile, BadBodiesAreNamedWithFileAndLine) {
-  // Mass and inertia.
+  // Masses are positive, and moments those of some solid.
   EXPECT_EQ(error_in_body("kind: dynamic, mass: 0"), "18: object 'a': the mass is 0, not a positive number");
   EXPECT_EQ(error_in_body("kind: dynamic, mass: -1"),
             "18: object 'a': the mass is -1, not a positive number");
@@ -253,7 +253,7 @@ TEST(DynamicsFile, BadBodiesAreNamedWithFileAndLine) {
       error_in_body("kind: kinematic, velocity: [1, 0, 0]"),
       "18: object 'a': velocity: only dynamic bodies start with one; kinematic ones have a motion, links "
       "joint rates");
-  // Surfaces.
+  // Friction and restitution stay in range.
   EXPECT_EQ(error_in_body("kind: dynamic, mass: 1, friction: -0.5"),
             "18: object 'a': friction: must be >= 0");
   EXPECT_EQ(error_in_body("kind: dynamic, mass: 1, restitution: 1.5"),
@@ -262,7 +262,7 @@ TEST(DynamicsFile, BadBodiesAreNamedWithFileAndLine) {
             "18: dynamics: bodies: unknown key 'colour'; known: object, kind, mass, density, inertia, "
             "velocity, turn, friction, "
             "restitution");
-  // Objects.
+  // A body needs an object, which does not move by itself where it is dynamic.
   EXPECT_EQ(error_of("dynamics:\n  step: 0.1\n  bodies:\n    - {object: z, kind: static}\n"),
             "18: dynamics: bodies: object: the scene has no object 'z'");
   EXPECT_EQ(error_of("dynamics:\n  step: 0.1\n  bodies:\n    - {object: d, kind: dynamic, mass: 1}\n"),
@@ -270,7 +270,7 @@ TEST(DynamicsFile, BadBodiesAreNamedWithFileAndLine) {
 }
 
 TEST(DynamicsFile, BadJointsAreNamedWithFileAndLine) {
-  // Figures of a joint.
+  // A joint's limits enclose its value; torques, rates and brakes are not negative.
   const std::string good = "kind: revolute, child: a, position: [0, 0, 0], axis: [0, 0, 1]";
   EXPECT_EQ(error_in_joint(good), "accepted");
   const std::string joint = "21: mechanism 'm': joint 'j': ";
@@ -316,14 +316,14 @@ TEST(DynamicsFile, BadJointsAreNamedWithFileAndLine) {
 }
 
 TEST(DynamicsFile, BadSettingsActionsAndAnswersAreNamedWithFileAndLine) {
-  // Settings.
+  // A step is positive, divides the duration, and comes with a margin above the gap.
   EXPECT_EQ(error_of("dynamics: {step: 0}\n"), "15: dynamics: step: must be > 0");
   EXPECT_EQ(error_of("dynamics: {step: 0.3}\n"),
             "15: dynamics: step: does not divide the duration into whole steps");
   EXPECT_EQ(error_of("dynamics: {bodies: []}\n"), "15: dynamics: missing 'step'");
   EXPECT_EQ(error_of("dynamics: {step: 0.1, contact_margin: 1.0e-7}\n"),
             "15: dynamics: contact_margin: is not above the contact gap");
-  // Actions.
+  // Actions are in order of time, and of objects and joints that can do so.
   const std::string start = "dynamics:\n  step: 0.1\n  bodies: [{object: a, kind: dynamic, mass: 1}]\n";
   EXPECT_EQ(error_of(start + "  actions:\n    - {time: 0, release: a}\n"),
             "19: release: object 'a' is not carried");
@@ -336,7 +336,7 @@ TEST(DynamicsFile, BadSettingsActionsAndAnswersAreNamedWithFileAndLine) {
             "20: action: the time is before the action above, or is none");
   EXPECT_EQ(error_of(start + "  actions:\n    - {time: 0, drive: {joint: m.j, brake: 1}}\n"),
             "19: dynamics: actions: drive: joint: the scene has no joint 'm.j' (mechanism.joint)");
-  // Answers.
+  // Answers ask for a figure that the body has, within a tolerance.
   EXPECT_EQ(error_of(start + "  answers:\n    - {of: b, figure: velocity, value: [0, 0, 0], tolerance: 1}\n"),
             "19: dynamics: answers: of: is not dynamic: it has no such figure");
   EXPECT_EQ(error_of(start + "  answers:\n    - {of: a, figure: velocity, value: [0, 0, 0], tolerance: 0}\n"),
@@ -368,7 +368,7 @@ TEST(DynamicsFile, PairsHaveFiguresOfTheirOwnAndScenesTheirRule) {
                                        "  pairs: [{between: [box, box], friction: 0.1}]\n"))
                 .pairs.size(),
             6u);
-  // Bad ones.
+  // Pairs of one object, of none, without figures, and rules that there are not, are named.
   const std::string start = "dynamics:\n  step: 0.1\n  pairs:\n    - ";
   EXPECT_EQ(error_of(start + "{between: [a, a], friction: 1}\n"),
             "18: dynamics: pairs: between: an object is no pair with itself");

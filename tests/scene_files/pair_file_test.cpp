@@ -120,7 +120,7 @@ TEST(PairFile, BentSolidsAreMarkedAsInSceneFiles) {
 }
 
 TEST(PairFile, ABadCaseIsInvalidAndTheRestGoesOn) {
-  // Shapes.
+  // Shapes have finite positive sizes or eight vertices.
   EXPECT_EQ(reason(R"({"type": "box", "size": ["NaN", 1, 1]})"), "shape 1: size: not finite: NaN");
   EXPECT_EQ(reason(R"({"type": "box", "size": ["-Infinity", 1, 1]})"),
             "shape 1: size: not finite: -Infinity");
@@ -131,7 +131,7 @@ TEST(PairFile, ABadCaseIsInvalidAndTheRestGoesOn) {
   EXPECT_EQ(reason(R"({"type": "box", "size": [1, 1]})"), "shape 1: size: expected 3 numbers, got [1,1]");
   EXPECT_EQ(reason(R"({"type": "sphere"})"), "shape 1: unknown type \"sphere\"; known: box, convex");
   EXPECT_EQ(reason(R"({"type": "convex", "vertices": []})"), "shape 1: has 0 vertices, a hexahedron has 8");
-  // Poses.
+  // Poses are rotations and places.
   EXPECT_EQ(reason(kBox, R"({"position": [0, 0, 0]})"), "pose 1: missing 'quaternion_wxyz'");
   EXPECT_EQ(reason(kBox, R"({"position": [0, 0, 0], "quaternion_wxyz": [0, 0, 0, 0]})"),
             "pose 1: the quaternion is zero");

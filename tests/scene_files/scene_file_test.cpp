@@ -191,7 +191,7 @@ TEST(SceneFile, CornersAsFilesWriteThemLoadInAnyOrder) {
 }
 
 TEST(SceneFile, ErrorsNameFileLineObjectAndHexahedron) {
-  // Sizes.
+  // Sizes are three finite positive numbers.
   EXPECT_EQ(
       error_in_objects("  - name: a\n    hexahedra:\n      - name: h\n        box: {size: [1, -2, 1]}\n"),
       "9: object 'a': hexahedron 'h': size along y is -2, must be > 0");

@@ -155,7 +155,7 @@ std::string shape_error(const std::string& geometry) {
 }
 
 TEST(Sdf, BadFilesAreRefusedByLine) {
-  // Documents.
+  // A document is XML with a model that has links, and its files are there.
   EXPECT_THAT(error("no xml"), HasSubstr("r.sdf:"));
   EXPECT_THAT(error(model("<link name='a'>")), HasSubstr("r.sdf:"));
   EXPECT_THAT(error("<robot/>"), HasSubstr("r.sdf: no <sdf>"));
@@ -174,7 +174,7 @@ TEST(Sdf, BadFilesAreRefusedByLine) {
       error(model("<link name='a'><pose relative_to='b'/></link><link name='b'><pose relative_to='a'/>"
                   "</link>")),
       HasSubstr("goes round in a ring"));
-  // Joints.
+  // Joints are of a known type, join links that there are, and have a direction.
   EXPECT_THAT(error(model("<link name='a'/><link name='b'/><joint name='j' type='ball'><parent>a</parent>"
                           "<child>b</child></joint>")),
               HasSubstr("<joint> 'j': joints of type 'ball' are not supported"));

@@ -75,7 +75,7 @@ actions:
   - {time: 2, release: table}
   - {time: 2, switch_off: table}
 )");
-  // Settings.
+  // The script's own settings replace the scene's, in metres and radians.
   EXPECT_EQ(script.scene.frame_rate, 100);
   EXPECT_EQ(script.scene.duration, 3);
   EXPECT_EQ(script.scene.policy, ContactPolicy::slide);
@@ -97,7 +97,7 @@ actions:
   EXPECT_NEAR(script.hands[1].arm->joints[6], std::numbers::pi / 2, 1e-15);
   EXPECT_EQ(script.hands[1].arm->X_WL.p.x(), 1.0);
   EXPECT_NEAR(script.hands[1].arm->X_WL.R(2, 0), -1.0, 1e-15);
-  // Actions.
+  // Actions keep the order and the names that they were given.
   ASSERT_EQ(script.actions.size(), 3u);
   EXPECT_EQ(script.actions[0].carrier, "cube");
   EXPECT_EQ(script.actions[2].kind, OperatorAction::Kind::switch_off);
@@ -130,7 +130,7 @@ TEST_F(ScriptFile, RefusesWithFileAndLine) {
   expect_refused(std::string(kHead) + "units: {length: ft}\nhands: []\n", 3, "unknown unit 'ft'");
   expect_refused(std::string(kHead) + "hands:\n  - {object: ball, rates: []}\n", 4, "no object 'ball'");
   expect_refused(std::string(kHead) + "hands:\n  - {object: cube, rates: []}\n", 4, "at least one row");
-  // Rows of rates.
+  // Rows of rates rise in time from the start, in finite numbers and known modes.
   expect_refused(kHands + "      - {time: 0, velocity: [0, 0]}\n", 6, "expected 3 numbers, got 2");
   expect_refused(kHands + "      - {time: 0, velocity: [0, 0, fast]}\n", 6, "expected a number");
   expect_refused(kHands + "      - {time: 0, velocity: [0, 0, .nan]}\n", 6, "not finite");

@@ -117,12 +117,12 @@ std::size_t frame_bytes(const Header& header) {
 }
 
 void write_header(const Header& header, Writer& out) {
-  // Kind and version.
+  // The page tells messages apart by kind and version.
   out.put(kFrameMagic);
   out.put(std::uint16_t{1});
   out.put(static_cast<std::uint16_t>(kFrameHeader));
   out.put(header.frame);
-  // Times.
+  // When the frame was commanded, received, begun and decided.
   out.put(header.time);
   out.put(header.has_input ? header.input.browser_us : kNaN);
   out.put(header.input.received_us);

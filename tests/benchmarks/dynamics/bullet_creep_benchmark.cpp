@@ -168,7 +168,7 @@ void print_row(const Setting& setting, int starts, Sum& sum) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // Arguments.
+  // Starts, cubes a stack and sizes come from the command line.
   const int starts = argc > 1 ? std::atoi(argv[1]) : 5, cubes = argc > 2 ? std::atoi(argv[2]) : 10;
   if (starts < 1 || cubes < 1) {
     std::fprintf(stderr, "usage: bullet_creep_benchmark [STARTS [CUBES [SIZE_M ...]]]\n");
@@ -177,7 +177,7 @@ int main(int argc, char** argv) {
   std::vector<double> sizes;
   for (int i = 3; i < argc; ++i) sizes.push_back(std::atof(argv[i]));
   if (sizes.empty()) sizes = {0.1, 0.2, 0.5, 1, 2};
-  // The table's head.
+  // The table begins: a column each for the largest way with each check.
   std::printf("Stacks of %d cubes, 10 s, largest way sideways [mm]: median and most of %d starts.\n\n", cubes,
               starts);
   std::puts(

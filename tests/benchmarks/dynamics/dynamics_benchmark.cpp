@@ -275,7 +275,7 @@ void run_stacks(int steps, bool topples) {
     bullet.step();
 #endif
   }
-  // Times.
+  // The steps are over: what each of them took is printed as quantiles.
   std::printf("%d stacks of %d boxes, %d steps of %g s, %zu contact points:\n", kStacks, height(), steps,
               kStep, ours.points);
   print_head("processor time [ms]");

@@ -46,12 +46,12 @@ class Bullet final : public BoxEngine {
 
  private:
   void add(const SceneBox& box, const BoxScene& scene) {
-    // Shape and inertia.
+    // Only free boxes have an inertia; to Bullet a mass of 0 means fixed or moved.
     const bool is_free = box.kind == SceneBox::Kind::free;
     btVector3 inertia(0, 0, 0);
     shapes_.push_back(std::make_unique<btBoxShape>(0.5 * vector_of(box.size)));
     if (is_free) shapes_.back()->calculateLocalInertia(box.mass, inertia);
-    // The pose.
+    // Bullet takes the turn vector as an angle about an axis.
     btTransform X;
     X.setIdentity();
     X.setOrigin(vector_of(box.p_W));

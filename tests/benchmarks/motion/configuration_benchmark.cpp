@@ -136,7 +136,7 @@ void print(const char* scene, const char* way, std::vector<double> us, double as
 }
 
 int run(const char* name, const ConfigurationScene& scene, double share, int count, std::uint64_t seed) {
-  // Configurations at random.
+  // All joint values are drawn beforehand: every way is asked about the same ones.
   const std::size_t values = scene.mechanism->value_count();
   Random random(seed);
   std::vector<double> all(static_cast<std::size_t>(count) * values);
@@ -172,7 +172,7 @@ int run(const char* name, const ConfigurationScene& scene, double share, int cou
 
 int main(int argc, char** argv) {
   using namespace touchstone;
-  // Arguments.
+  // The number of configurations and the seed come from the command line.
   const int count = argc > 1 ? std::atoi(argv[1]) : 2000;
   const std::uint64_t seed = argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 1;
   if (count <= 0) {

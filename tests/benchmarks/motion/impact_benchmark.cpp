@@ -189,7 +189,7 @@ void run(const Family& family, int count, std::uint64_t seed, std::vector<Method
       look(timed(sweep, scores[m]), truth, judge, scores[m]);
     }
   }
-  // The family's table.
+  // A row for each method that took some motion of the family.
   std::printf("\n### %s: %d motions, %d meet\n\n", std::string(family.name).c_str(), count, meetings);
   std::printf(
       "| | median [ns] | 99.9 %% | worst | missed | phantom | late | shown merged | deepest [m] | off, "

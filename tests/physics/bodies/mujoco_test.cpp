@@ -103,7 +103,7 @@ Errors compare(const Arm& arm, std::mt19937_64& random, int poses) {
     mj_forward(model.get(), data.get());
     std::vector<double> theirs(n * n), M(n * n), qdd(n);
     mj_fullM(model.get(), theirs.data(), data->qM);
-    // Ours.
+    // Our dynamics at the same values, rates and torques.
     dynamics.place({}, q, qd, workspace);
     dynamics.mass_matrix(M, workspace);
     EXPECT_TRUE(dynamics.forward_dynamics(kGravity, tau, qdd, workspace));

@@ -70,7 +70,7 @@ TEST(WorldJoints, ADoublePendulumOfBodiesSwingsBesideTheArmOfTheSameLinks) {
   world.add_joint(joint_at(world, BodyJointKind::hinge, {}, Mover::of_body(a), at(kZero, about_y())));
   const auto elbow = world.add_joint(
       joint_at(world, BodyJointKind::hinge, Mover::of_body(a), Mover::of_body(b), at({1, 0, 0}, about_y())));
-  // The arm.
+  // The same as a mechanism of two links.
   MechanismDescription description = planar_arm(std::vector<double>{1.0, 0.8});
   for (JointDescription& joint : description.joints) joint.axis_J = Vector3::UnitY();
   const Mechanism arm(description);

@@ -47,7 +47,7 @@ TEST(DynamicsWorld, BadSetUpIsRefusedByName) {
 }
 
 TEST(DynamicsWorld, BadFiguresOfBodiesAndSettingsAreRefused) {
-  // Bodies.
+  // Velocities and states that are no numbers are refused, and change nothing.
   DynamicsWorld world({});
   const RigidBody body(box_inertia(1.0, {1, 1, 1}), "body");
   world.add_body(body, {});
@@ -63,7 +63,7 @@ TEST(DynamicsWorld, BadFiguresOfBodiesAndSettingsAreRefused) {
   EXPECT_THAT(refusal_of([&] { world.set_state(1, {}); }), testing::StrEq("no body 1"));
   EXPECT_EQ(world.state(0).momentum_W, kZero);
 
-  // Settings.
+  // Each figure out of its range is refused by its name.
   using Settings = DynamicsWorld::Settings;
   const auto error_with = [](const auto& spoil) {
     Settings settings;

@@ -167,7 +167,7 @@ TEST(ByteDecoder, GivesAllKindsOfPairs) {
     warped += solids->a.is_warped();
     tiny += solids->a.size() < 1e-30;
     turned += solids->X_WB.R != Matrix3::Identity();
-    // Its class.
+    // How many of them overlap.
     native->build(std::array{solids->a, solids->b});
     PairStatus status{};
     const std::array pairs = {SolidPair{0, 1}};

@@ -153,7 +153,7 @@ std::size_t family_index(const std::string& name) {
 }
 
 int run(int argc, char** argv) {
-  // Options.
+  // Families are known by name before anything runs, and the folder is there.
   LongRunOptions options;
   std::vector<std::string> names;
   std::string output = "long_run";
@@ -171,7 +171,7 @@ int run(int argc, char** argv) {
   for (const std::string& name : names) options.families.push_back(family_index(name));
   std::filesystem::create_directories(output);
 
-  // The run.
+  // The run says how far it is, and stops after a signal.
   ProgressText progress(options.count);
   const LongRunResult result = long_run(options, make_native, [&](std::size_t done) { progress(done); });
   if (isatty(STDERR_FILENO) == 1) fmt::print(stderr, "\r\033[K");

@@ -13,7 +13,7 @@
 int main(int argc, char** argv) {
   using namespace touchstone;
   try {
-    // Options.
+    // Solids, seed, motions and backends come from the command line, in this order.
     std::vector<std::string> names(argv + 1, argv + argc);
     std::uint64_t motions = 100000, seed = 1;
     const bool rounded = !names.empty() && names[0] == "--rounded";
