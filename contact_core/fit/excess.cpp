@@ -66,8 +66,8 @@ class ExcessSearch {
     middle.winding = winding_near(middle, corners);
     if (middle.is_inside() && nearest.distance >= radius * (1.0 + 1e-12)) return;
     if (!middle.is_inside()) note(centre, nearest.distance);
-    // Each corner tightens the bound by its nearest triangle.
-    // Each corner's place in the solid: its own where it is inside, else the nearest point of the surface.
+    // Each corner tightens the bound by its nearest triangle and is held at a place in the solid: its own
+    // where it is inside, else the nearest point of the surface.
     std::array<Vector3, 4> held{};
     double moved = 0.0;
     const Corner* deepest =
