@@ -272,7 +272,7 @@ TEST(Fit, WhatIsMeasuredGoesOnToAll) {
     if (stage == "measure") shares.push_back(share);
   };
   const Fit fit = fit_hexahedra(angle_mesh(), options);
-  ASSERT_GE(shares.size(), 2 * fit.hexahedra.size() + 4);
+  ASSERT_GE(shares.size(), 3 * fit.hexahedra.size() + 4);
   EXPECT_TRUE(std::is_sorted(shares.begin(), shares.end()));
   EXPECT_EQ(std::count(shares.begin(), shares.end(), 1.0), 1);
   EXPECT_EQ(shares.back(), 1.0);
