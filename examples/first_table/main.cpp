@@ -72,11 +72,12 @@ std::string table_of(const PairSet& set, const std::vector<const BackendRegistry
     header = {"ns a pair", "overlap",  "wrong", "open", "distance",     "wrong",
               "open",      "manifold", "wrong", "open", "dist error/S", "depth error/S"};
   TextTable table(header);
-  for (const BackendAnswers& answers : run_backends(shown, set, measure)) {
+  for (BackendAnswers& answers : run_backends(shown, set, measure)) {
     if (oracle == nullptr) {
       table.add(row_of(answers, nullptr));
       continue;
     }
+    take_worse_answers(set, truth, *oracle, answers, measure.threads);
     const Judgement judgement = judge(set, truth, *oracle, answers, measure.threads);
     table.add(row_of(answers, &judgement));
   }

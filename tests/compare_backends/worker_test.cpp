@@ -244,6 +244,22 @@ TEST(Job, CarriesEveryBitOfTheSolids) {
   }
 }
 
+TEST(Job, CarriesWhatWasAnsweredLater) {
+  std::vector<BackendAnswers> answers(1);
+  measures::LaterAnswer later{7, PairStatus::overlapping, {-0.5, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}, 1}, {}};
+  later.points.push_back({{1, 2, 3}, {4, 5, 6}, -0.25, 7});
+  answers[0].queries[2].later.push_back(later);
+  const std::vector<BackendAnswers> copy = decode_answers(encode_answers(answers));
+  ASSERT_EQ(copy[0].queries[2].later.size(), 1u);
+  const measures::LaterAnswer& got = copy[0].queries[2].later[0];
+  EXPECT_EQ(got.index, 7u);
+  EXPECT_EQ(got.status, PairStatus::overlapping);
+  EXPECT_EQ(got.geometry.p_B_W, later.geometry.p_B_W);
+  EXPECT_EQ(got.geometry.point_count, 1);
+  ASSERT_EQ(got.points.size(), 1u);
+  EXPECT_EQ(got.points[0].separation, -0.25);
+}
+
 TEST(Job, TruncatedAnswersAreRefused) {
   const std::string bytes = encode_answers(std::vector<BackendAnswers>(1));
   EXPECT_THROW(decode_answers(bytes.substr(0, bytes.size() - 4)), std::runtime_error);

@@ -258,6 +258,8 @@ class Session {
     }
     progress_.step(set.name + ": backends");
     found.answers = answer_set(options_, backends_, set, measure, share_);
+    for (BackendAnswers& each : found.answers)
+      if (oracle_ != nullptr) take_worse_answers(set, found.truth, *oracle_, each, options_.threads);
     if (captured != nullptr) found.answers.push_back(*captured);
     progress_.step(set.name + ": errors");
     return found;

@@ -183,7 +183,7 @@ void measure_manifold(const PosedPair& posed, const PairTruth& truth, const Orac
   if (!carries_geometry(manifold.status[index], geometry)) return;
   const auto points = manifold_points(manifold, index);
   if (points.empty()) return;
-  // Its points.
+  // The deepest of its points, and the worst witness error of all.
   double deepest = kInfinity, witness = 0.0;
   for (const ContactPoint& point : points) {
     deepest = std::isnan(point.separation) ? kNaN : std::min(deepest, point.separation);
@@ -392,18 +392,76 @@ double held_by_doubles(double scale) {
   return scale > 0.0 && std::isfinite(scale) ? std::ldexp(2.0, std::ilogb(scale) - 52) : 0.0;
 }
 
-CaseErrors case_errors(const PosedPair& posed, const PairTruth& truth, const Oracle& oracle,
-                       const BackendAnswers& answers, std::size_t index) {
+namespace {
+
+// The errors of these queries; those of others are not set.
+CaseErrors query_errors(const PosedPair& posed, const PairTruth& truth, const Oracle& oracle,
+                        const Surfaces& surfaces, const BackendAnswers& answers, std::size_t index,
+                        std::span<const QueryKind> kinds) {
   CaseErrors errors;
   errors.values.fill(kNaN);
-  const Surfaces surfaces(posed, oracle);
-  measure_distance(posed, truth, surfaces, answers.queries[index_of(QueryKind::distance)], index, errors);
-  measure_manifold(posed, truth, oracle, surfaces, answers, index, errors);
-  for (const QueryKind kind : kQueryKinds) charge_query(posed, truth, answers, index, kind, errors);
-  const QueryAnswers& manifold = answers.queries[index_of(QueryKind::manifold)];
-  if (truth.contact() && !has_manifold(manifold, index))
-    errors.coverage = coverage_without_points(posed, truth, oracle);
+  for (const QueryKind kind : kinds) {
+    const QueryAnswers& of_kind = answers.queries[index_of(kind)];
+    if (kind == QueryKind::distance) measure_distance(posed, truth, surfaces, of_kind, index, errors);
+    if (kind == QueryKind::manifold) {
+      measure_manifold(posed, truth, oracle, surfaces, answers, index, errors);
+      if (truth.contact() && !has_manifold(of_kind, index))
+        errors.coverage = coverage_without_points(posed, truth, oracle);
+    }
+    charge_query(posed, truth, answers, index, kind, errors);
+  }
   return errors;
+}
+
+// How bad an answer is, the worse the larger: its class, what it costs, what its points leave uncovered.
+std::array<double, 3> badness(PairStatus status, bool contact, const CaseErrors& errors, QueryKind kind) {
+  const CaseCost& cost = errors.cost(kind);
+  if (status == PairStatus::unsupported) return {1, 0, 0};
+  double rank = cost.missing ? 2 : 0;
+  if (status == PairStatus::undecided)
+    rank = 3;
+  else if (status == PairStatus::failed)
+    rank = 4;
+  else if (class_fault(status, contact) != nullptr)
+    rank = 5;
+  return {rank, cost.cost, kind == QueryKind::manifold ? 1.0 - errors.coverage : 0.0};
+}
+
+void exchange(QueryAnswers& answers, LaterAnswer& later) {
+  std::swap(answers.status[later.index], later.status);
+  if (!answers.geometry.empty()) std::swap(answers.geometry[later.index], later.geometry);
+  std::swap_ranges(later.points.begin(), later.points.end(),
+                   answers.points.begin() + static_cast<std::ptrdiff_t>(later.index * kMaxManifoldPoints));
+}
+
+}  // namespace
+
+CaseErrors case_errors(const PosedPair& posed, const PairTruth& truth, const Oracle& oracle,
+                       const BackendAnswers& answers, std::size_t index) {
+  return query_errors(posed, truth, oracle, Surfaces(posed, oracle), answers, index, kQueryKinds);
+}
+
+void take_worse_answers(const PairSet& set, std::span<const PairTruth> truth, const Oracle& oracle,
+                        BackendAnswers& answers, int threads) {
+  for (const QueryKind kind : kQueryKinds) {
+    QueryAnswers& of_kind = answers.queries[index_of(kind)];
+    // No two of the list are of one case: threads write to cases of their own.
+    parallel_chunks(of_kind.later.size(), 64, threads, [&](std::size_t begin, std::size_t end) {
+      for (LaterAnswer& later : std::span(of_kind.later).subspan(begin, end - begin)) {
+        const std::size_t i = later.index;
+        const PosedPair posed = posed_pair(set, i);
+        const Surfaces surfaces(posed, oracle);
+        const auto bad = [&] {
+          return badness(of_kind.status[i], truth[i].contact(),
+                         query_errors(posed, truth[i], oracle, surfaces, answers, i, {&kind, 1}), kind);
+        };
+        const std::array<double, 3> before = bad();
+        exchange(of_kind, later);
+        if (bad() < before) exchange(of_kind, later);
+      }
+    });
+    of_kind.later.clear();
+  }
 }
 
 namespace {

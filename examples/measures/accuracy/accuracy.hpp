@@ -119,6 +119,13 @@ struct CaseErrors {
 CaseErrors case_errors(const PosedPair& posed, const PairTruth& truth, const Oracle& oracle,
                        const BackendAnswers& answers, std::size_t index);
 
+/// Of a case that was answered in two ways the worse answer stays: a wrong class before a failed answer, then
+/// undecided, without a value, unsupported, right; of two of these the one that costs more, of equal costs
+/// the one whose points cover less of the patch. The lists of later answers are empty afterwards.
+/// @param threads for the exact measures.
+void take_worse_answers(const PairSet& set, std::span<const PairTruth> truth, const Oracle& oracle,
+                        BackendAnswers& answers, int threads);
+
 /// The errors of every case of the set, on `threads` threads.
 std::vector<CaseErrors> all_case_errors(const PairSet& set, std::span<const PairTruth> truth,
                                         const Oracle& oracle, const BackendAnswers& answers, int threads,

@@ -286,33 +286,47 @@ void time_blocks(std::span<Row> rows, BlockTimer& timer, std::span<Timed> timed,
   }
 }
 
-bool is_other_answer(const QueryAnswers& x, const QueryAnswers& y, std::size_t i) {
-  if (x.status[i] != y.status[i]) return true;
-  if (x.geometry.empty()) return false;
-  const double of_x = x.geometry[i].separation, of_y = y.geometry[i].separation;
-  return of_x != of_y && !(std::isnan(of_x) && std::isnan(of_y));
+bool is_same(double x, double y) { return x == y || (std::isnan(x) && std::isnan(y)); }
+
+bool is_same(const Vector3& x, const Vector3& y) {
+  return is_same(x[0], y[0]) && is_same(x[1], y[1]) && is_same(x[2], y[2]);
 }
 
-// Asks in the workspace that was timed, after all its calls, block by block for options.tail_seconds. An
-// answer that differs takes the first one's place: it is worth what it becomes.
-void ask_later(Timed& timed, const PairSet& set, QueryKind kind, const MeasureOptions& options,
-               QueryAnswers& answers) {
-  QueryAnswers later;
-  make_slots(later, kind, set.pairs.size());
-  const auto begin = Clock::now();
-  std::size_t asked = 0;
-  while (asked < set.pairs.size() && nanoseconds(begin, Clock::now()) < options.tail_seconds * 1e9) {
-    const std::size_t count = std::min(options.block, set.pairs.size() - asked);
-    timed.narrowphase->evaluate({std::span(set.pairs).subspan(asked, count), set.poses, query_for(kind)},
-                                slots(later, asked, count), *timed.workspace);
-    asked += count;
-  }
-  for (std::size_t i = 0; i < asked; ++i) {
-    if (!is_other_answer(answers, later, i)) continue;
-    const NarrowphaseOutput from = slots(later, i, 1), to = slots(answers, i, 1);
-    to.status[0] = from.status[0];
-    std::copy(from.geometry.begin(), from.geometry.end(), to.geometry.begin());
-    std::copy(from.points.begin(), from.points.end(), to.points.begin());
+bool is_same(const ContactPoint& x, const ContactPoint& y) {
+  return is_same(x.p_A_W, y.p_A_W) && is_same(x.p_B_W, y.p_B_W) && is_same(x.separation, y.separation);
+}
+
+// All that an answer says: the figures of its geometry, and as many points as it counts.
+bool is_same_answer(const NarrowphaseOutput& x, const NarrowphaseOutput& y) {
+  if (x.status[0] != y.status[0]) return false;
+  if (x.geometry.empty()) return true;
+  const PairGeometry &of_x = x.geometry[0], &of_y = y.geometry[0];
+  if (!is_same(of_x.separation, of_y.separation) || !is_same(of_x.n_AB_W, of_y.n_AB_W) ||
+      !is_same(of_x.p_A_W, of_y.p_A_W) || !is_same(of_x.p_B_W, of_y.p_B_W) ||
+      of_x.point_count != of_y.point_count)
+    return false;
+  if (x.points.empty()) return true;
+  const int count = std::clamp(of_x.point_count, 0, kMaxManifoldPoints);
+  return std::equal(x.points.begin(), x.points.begin() + count, y.points.begin(),
+                    [](const ContactPoint& p, const ContactPoint& q) { return is_same(p, q); });
+}
+
+// Asks all pairs once more in the workspace that was timed, after all its calls, block by block.
+void ask_later(Timed& timed, const PairSet& set, QueryKind kind, std::size_t block, QueryAnswers& answers) {
+  QueryAnswers again;
+  for (std::size_t first = 0; first < set.pairs.size(); first += block) {
+    const std::size_t count = std::min(block, set.pairs.size() - first);
+    make_slots(again, kind, count);
+    timed.narrowphase->evaluate({std::span(set.pairs).subspan(first, count), set.poses, query_for(kind)},
+                                slots(again, 0, count), *timed.workspace);
+    for (std::size_t i = 0; i < count; ++i) {
+      const NarrowphaseOutput now = slots(again, i, 1);
+      if (is_same_answer(now, slots(answers, first + i, 1))) continue;
+      answers.later.push_back({first + i,
+                               now.status[0],
+                               now.geometry.empty() ? no_geometry() : now.geometry[0],
+                               {now.points.begin(), now.points.end()}});
+    }
   }
 }
 
@@ -343,7 +357,8 @@ void time_pairs(std::span<Timed> timed, const PairSet& set, const MeasureOptions
     if (row.mode != Mode::single) continue;
     std::vector<double> calls = timer.time_calls(timed[row.backend], row.kind, options.tail_seconds);
     add_calls(*answers[row.backend].queries[index_of(row.kind)].single, calls);
-    ask_later(timed[row.backend], set, row.kind, options, answers[row.backend].queries[index_of(row.kind)]);
+    ask_later(timed[row.backend], set, row.kind, options.block,
+              answers[row.backend].queries[index_of(row.kind)]);
   }
 }
 

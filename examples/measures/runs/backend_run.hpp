@@ -23,6 +23,14 @@ constexpr std::size_t index_of(QueryKind kind) { return static_cast<std::size_t>
 /// apart.
 Query query_for(QueryKind kind);
 
+/// What a backend said of a case when it was asked again.
+struct LaterAnswer {
+  std::size_t index;  ///< the case's
+  PairStatus status;
+  PairGeometry geometry;             ///< not for overlap
+  std::vector<ContactPoint> points;  ///< manifold: kMaxManifoldPoints
+};
+
 /// One backend's answers to one kind of query, case by case, and what they cost.
 struct QueryAnswers {
   std::vector<PairStatus> status;
@@ -33,6 +41,8 @@ struct QueryAnswers {
   std::optional<Timing> raw;           ///< the engine's own call on posed objects, cached
   std::optional<Timing> cached;        ///< as single, on a block that was just run through
   std::optional<double> allocations;   ///< per query, in steady state
+  /// After the timing, by index: the cases whose answer is another then. take_worse_answers() judges them.
+  std::vector<LaterAnswer> later;
 };
 
 struct BackendAnswers {
@@ -70,9 +80,9 @@ struct MeasureOptions {
 PairSet perturbed_set(const PairSet& set, const MeasureOptions& options);
 
 /// Runs the backends on the set in this process: answers first, then timing with backends, queries and blocks
-/// shuffled, so that a machine that slows down slows all of them. The pairs of a set of one frame are asked
-/// again after the timing, as far as options.tail_seconds go: an answer that differs then is the one that
-/// counts. A solid that a backend refuses makes its cases `unsupported`.
+/// shuffled, so that a machine that slows down slows all of them. All pairs of a set that is timed by pairs
+/// are asked once more after the timing, in the workspace that was timed: what differs then is in
+/// QueryAnswers::later. A solid that a backend refuses makes its cases `unsupported`.
 std::vector<BackendAnswers> run_backends(std::span<const BackendRegistry::NarrowphaseEntry* const> backends,
                                          const PairSet& set, const MeasureOptions& options,
                                          const Progress& progress = {});

@@ -79,6 +79,9 @@ void get(ByteReader& in, ContactPoint& point) {
   in.get(point.feature_id);
 }
 
+void put(ByteWriter& out, const measures::LaterAnswer& answer);
+void get(ByteReader& in, measures::LaterAnswer& answer);
+
 template <typename T>
 void put_each(ByteWriter& out, const std::vector<T>& items) {
   out.put(items.size());
@@ -104,6 +107,20 @@ void get_optional(ByteReader& in, std::optional<T>& value) {
   in.get(value.emplace());
 }
 
+void put(ByteWriter& out, const measures::LaterAnswer& answer) {
+  out.put(answer.index);
+  out.put(answer.status);
+  put(out, answer.geometry);
+  put_each(out, answer.points);
+}
+
+void get(ByteReader& in, measures::LaterAnswer& answer) {
+  in.get(answer.index);
+  in.get(answer.status);
+  get(in, answer.geometry);
+  get_each(in, answer.points);
+}
+
 void put(ByteWriter& out, const QueryAnswers& answers) {
   out.put_list(answers.status);
   put_each(out, answers.geometry);
@@ -113,6 +130,7 @@ void put(ByteWriter& out, const QueryAnswers& answers) {
   put_optional(out, answers.raw);
   put_optional(out, answers.cached);
   put_optional(out, answers.allocations);
+  put_each(out, answers.later);
 }
 
 void get(ByteReader& in, QueryAnswers& answers) {
@@ -124,6 +142,7 @@ void get(ByteReader& in, QueryAnswers& answers) {
   get_optional(in, answers.raw);
   get_optional(in, answers.cached);
   get_optional(in, answers.allocations);
+  get_each(in, answers.later);
 }
 
 }  // namespace

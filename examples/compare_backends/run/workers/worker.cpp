@@ -165,11 +165,25 @@ std::vector<BackendAnswers> all_failed(const Worker& worker, std::span<const std
   return answers;
 }
 
+// Whether each answers again one of the cases, none twice.
+bool are_later(std::span<const measures::LaterAnswer> answers, QueryKind kind, std::size_t cases) {
+  const std::size_t points = kind == QueryKind::manifold ? kMaxManifoldPoints : 0;
+  std::size_t next = 0;
+  for (const measures::LaterAnswer& each : answers) {
+    if (each.index < next || each.index >= cases || each.status > PairStatus::unsupported ||
+        each.points.size() != points)
+      return false;
+    next = each.index + 1;
+  }
+  return true;
+}
+
 // Whether the answers are those backends', each to all cases.
 bool fit(std::span<const BackendAnswers> answers, std::span<const std::string> backends, std::size_t cases) {
   const auto fits = [&](const QueryAnswers& of, QueryKind kind) {
     return of.status.size() == cases && (kind == QueryKind::overlap || of.geometry.size() == cases) &&
            (kind != QueryKind::manifold || of.points.size() == cases * kMaxManifoldPoints) &&
+           are_later(of.later, kind, cases) &&
            std::all_of(of.status.begin(), of.status.end(),
                        [](PairStatus status) { return status <= PairStatus::unsupported; });
   };
