@@ -36,9 +36,13 @@
 /// point, and keeps its impulses, lifetime and user data; failing that, the nearest within the breaking
 /// threshold. No point is kept that the check did not find. The solver takes them in their order: the deepest
 /// last; of hulls with a margin the start rotates by one each step, and the direction is reversed after each
-/// round, unless all are of one depth. A distance that the engine's rounding of the two positions may have
-/// made of touching (an ulp of the larger coordinate along the normal) is 0 in a manifold that the solver
-/// gets, not in the answer to a query.
+/// round, unless all are of one depth. With Options::middle_first four points are one that the check did not
+/// find, in their midst, and the three deepest: the middle first, the others as found, margin or not. Points
+/// that somebody else puts into a manifold (btPersistentManifold::addManifoldPoint, deSerialize) are taken
+/// out by the next step's update, or matched with what it finds, if the manifold was had from
+/// getAllContactManifolds(); else, for boxes apart that have no points, only once they touch or part. A
+/// distance that the engine's rounding of the two positions may have made of touching (an ulp of the larger
+/// coordinate along the normal) is 0 in a manifold that the solver gets, not in the answer to a query.
 ///
 /// Capture. With an observer (such as a PairCapture of adapters/scene_files) each pair, its poses and the
 /// answer are passed to it, ours or, with EngineCheck::own, the engine's; a hull's margin is taken out of the

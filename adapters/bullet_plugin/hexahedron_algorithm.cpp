@@ -97,7 +97,7 @@ bool HexahedronAlgorithm::stays_apart(const ObjectPair& objects, const btManifol
   const btCollisionShape &a = *objects.a.getCollisionShape(), &b = *objects.b.getCollisionShape();
   if (a.getShapeType() != BOX_SHAPE_PROXYTYPE || b.getShapeType() != BOX_SHAPE_PROXYTYPE) return false;
   if (!state_->store->is_native()) return false;  // another check is asked itself
-  if (features_.count != 0 || result.m_closestPointDistanceThreshold > 0 ||
+  if (features_.count != 0 || is_shown_ || result.m_closestPointDistanceThreshold > 0 ||
       !keeps_manifold(objects.a, result) || state_->observer.load(std::memory_order_relaxed) != nullptr)
     return false;
   if (!parting_face_.parts(
@@ -160,6 +160,7 @@ void HexahedronAlgorithm::processCollision(const btCollisionObjectWrapper* a,
   result->setPersistentManifold(manifold_);
   const ObjectPair objects{*a, *b};
   if (stays_apart(objects, *result)) return;
+  is_shown_ = false;
   std::array<FoundPoint, MANIFOLD_CACHE_SIZE> points;
   const std::size_t count = find_points(objects, *result, points);
   if (keeps_manifold(*a, *result))
@@ -176,7 +177,9 @@ btScalar HexahedronAlgorithm::calculateTimeOfImpact(btCollisionObject*, btCollis
 }
 
 void HexahedronAlgorithm::getAllContactManifolds(btManifoldArray& manifolds) {
-  if (own_body0_ != nullptr) manifolds.push_back(manifold_);
+  if (own_body0_ == nullptr) return;
+  is_shown_ = true;
+  manifolds.push_back(manifold_);
 }
 
 HexahedronCreateFunc::HexahedronCreateFunc(std::shared_ptr<PluginState> state,

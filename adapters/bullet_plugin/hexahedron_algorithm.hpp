@@ -56,6 +56,7 @@ class HexahedronAlgorithm final : public btCollisionAlgorithm {
   const btCollisionObject* own_body0_ = nullptr;  ///< the manifold's, where that is ours; else null
   PartingFace parting_face_;
   ManifoldFeatures features_;  ///< their count is the manifold's after each update
+  bool is_shown_ = false;      ///< since the last update: whoever has it may have put points in
   native::SolidHandle solids_[2];
 };
 

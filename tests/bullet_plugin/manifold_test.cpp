@@ -50,6 +50,38 @@ TEST(TOUCHSTONE_SUITE, PointsThatAnotherResultPutIntoTheManifoldAreFoundAnew) {
   EXPECT_NEAR(scene.detect().getContactPoint(0).getDistance(), 0.005, kTolerance);
 }
 
+// As Bullet's restore does, which reads points of a file into the manifolds that it was shown.
+TEST(TOUCHSTONE_SUITE, PointsPutIntoAManifoldThatWasShownDoNotStayInTheAir) {
+  CollisionScene scene(true);
+  scene.add(make_box(1, 1, 1), at(0, 0, 0));
+  btCollisionObject& b = scene.add(make_box(1, 1, 1), at(0, 0, 1.005));
+  ASSERT_EQ(scene.detect().getNumContacts(), 0);
+  ASSERT_EQ(scene.detect().getNumContacts(), 0);  // by the face that parts them
+  btManifoldArray shown;
+  scene.broadphase.getOverlappingPairCache()
+      ->getOverlappingPairArray()[0]
+      .m_algorithm->getAllContactManifolds(shown);
+  ASSERT_EQ(shown.size(), 1);
+  const btVector3 up(0, 0, 1), place(to_engine(0.25), 0, to_engine(0.5));
+  for (const double x : {0.25, -0.25}) {
+    const btVector3 on_a(to_engine(x), 0, to_engine(0.5)), on_b(to_engine(x), 0, to_engine(-0.5));
+    shown[0]->addManifoldPoint(btManifoldPoint(on_a, on_b, -up, to_engine(-0.001)));
+  }
+  ASSERT_EQ(shown[0]->getNumContacts(), 2);
+  // A contact goes on while apart: its points are those of where the boxes are now.
+  ASSERT_EQ(scene.detect().getNumContacts(), 4);
+  EXPECT_NEAR(scene.detect().getContactPoint(0).getDistance(), 0.005, kTolerance);
+  // Beyond the breaking threshold nothing is left.
+  b.setWorldTransform(to_engine(at(0, 0, 1.03)));
+  EXPECT_EQ(scene.detect().getNumContacts(), 0);
+  shown[0]->addManifoldPoint(btManifoldPoint(place, -place, -up, to_engine(-0.001)));
+  btManifoldArray again;
+  scene.broadphase.getOverlappingPairCache()
+      ->getOverlappingPairArray()[0]
+      .m_algorithm->getAllContactManifolds(again);
+  EXPECT_EQ(scene.detect().getNumContacts(), 0);
+}
+
 TEST(TOUCHSTONE_SUITE, PointsKeepTheirMemoryAsLongAsTheirFeaturesMeet) {
   CollisionScene scene(true);
   scene.add(make_box(2, 2, 1), at(0, 0, 0));
