@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <new>
 #include <optional>
+#include <utility>
 
 #include "touchstone/adapters/bullet_plugin/shape_content.hpp"
 
@@ -169,21 +170,21 @@ using Corners = std::array<FoundPoint, MANIFOLD_CACHE_SIZE>;
 std::optional<Weights> weights_at(const btVector3& place, const Corners& corners) {
   const auto away = [&](int i) { return corners[i].point_on_B - corners[0].point_on_B; };
   const btVector3 way = place - corners[0].point_on_B;
-  int across = 1;
-  for (int i = 2; i < MANIFOLD_CACHE_SIZE; ++i)
-    if (away(i).length2() > away(across).length2()) across = i;
-  // In one of the two triangles on that diagonal.
-  for (int aside = 1; aside < MANIFOLD_CACHE_SIZE; ++aside) {
-    if (aside == across) continue;
-    const btVector3 u = away(across), v = away(aside);
+  // The farthest is mostly the corner across, though not of every face: all three triangles at corner 0.
+  std::array<int, 3> others{1, 2, 3};
+  for (int i = 1; i < 3; ++i)
+    if (away(others[i]).length2() > away(others[0]).length2()) std::swap(others[0], others[i]);
+  std::sort(others.begin() + 1, others.end());
+  for (const auto& [one, other] : {std::pair{0, 1}, std::pair{0, 2}, std::pair{1, 2}}) {
+    const btVector3 u = away(others[one]), v = away(others[other]);
     const btScalar uu = u.dot(u), uv = u.dot(v), vv = v.dot(v), wu = way.dot(u), wv = way.dot(v);
     const btScalar area = uu * vv - uv * uv;
     const btScalar s = wu * vv - wv * uv, t = wv * uu - wu * uv;
-    if (!(area > 0) || s < 0 || t < 0 || s + t > area) continue;
+    if (!(area > 0) || !(s >= 0 && t >= 0 && s + t <= area)) continue;  // nor where one is not a number
     Weights weights{};
     weights[0] = 1 - (s + t) / area;
-    weights[across] = s / area;
-    weights[aside] = t / area;
+    weights[others[one]] = s / area;
+    weights[others[other]] = t / area;
     return weights;
   }
   return std::nullopt;

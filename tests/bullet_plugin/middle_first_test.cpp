@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -12,6 +13,8 @@
 #include <vector>
 
 #include "touchstone/adapters/bullet_plugin/bullet_plugin.hpp"
+#include "touchstone/tests/bullet_plugin/collision_scene.hpp"
+#include "touchstone/tests/support/ask.hpp"
 
 namespace touchstone {
 namespace {
@@ -96,6 +99,54 @@ TEST(TOUCHSTONE_SUITE, TheMiddleFirstCreepsLessWithFewIterations) {
     // In single precision rounding is what is left.
     EXPECT_LT(middle, corners / (sizeof(btScalar) == sizeof(double) ? 10.0 : 1.0));
   }
+}
+
+/// Impulses at a manifold's last three points whose centre is `place` [m, in the world]; false where that is
+/// not between them.
+bool press_at(const btVector3& place, btPersistentManifold& manifold) {
+  const auto at = [&](int k) { return manifold.getContactPoint(k).m_positionWorldOnB; };
+  const auto area = [](const btVector3& p, const btVector3& q, const btVector3& r) {
+    return (q - p).cross(r - p).z();
+  };
+  manifold.getContactPoint(0).m_appliedImpulse = 0;
+  const btScalar whole = area(at(1), at(2), at(3));
+  const std::array<btScalar, 3> parts = {area(place, at(2), at(3)), area(at(1), place, at(3)),
+                                         area(at(1), at(2), place)};
+  for (int k = 0; k < 3; ++k) {
+    manifold.getContactPoint(k + 1).m_appliedImpulse = parts[k] / whole;
+    if (!(parts[k] / whole >= 0)) return false;
+  }
+  return true;
+}
+
+// Of this face the corner farthest from one is not across from it.
+TEST(TOUCHSTONE_SUITE, TheMiddleGoesToWhereTheImpulsesActOnFacesOfAnyShape) {
+  const std::array<btVector3, 4> face = {btVector3(0, 0, 0), btVector3(10, 0, 0), btVector3(6, 3, 0),
+                                         btVector3(0, 3, 0)};
+  int pressed = 0;
+  for (std::size_t begin = 0; begin < face.size(); ++begin) {  // whichever is found first
+    test::CollisionScene scene(false);
+    const BulletPlugin plugin(scene.dispatcher, BulletPlugin::Options{EngineCheck::native, nullptr, true});
+    std::vector<Vector3> corners;
+    for (const double z : {0.0, 1.0})
+      for (std::size_t i = 0; i < face.size(); ++i) {
+        const btVector3& corner = face[(begin + i) % face.size()];
+        corners.emplace_back(static_cast<double>(corner.x()), static_cast<double>(corner.y()), z);
+      }
+    scene.add(test::make_box(40, 40, 1), at(0, 0, -0.5));
+    scene.add(test::make_hull(corners), at(0, 0, 0));
+    btPersistentManifold& manifold = scene.detect();
+    ASSERT_EQ(manifold.getNumContacts(), 4);
+    const btVector3 target(4, test::to_engine(2.8), 0);
+    if (!press_at(target, manifold)) continue;
+    ++pressed;
+    for (int round = 0; round < 20; ++round) {
+      ASSERT_TRUE(press_at(target, manifold)) << round;
+      scene.detect();
+    }
+    EXPECT_LT((manifold.getContactPoint(0).m_positionWorldOnB - target).length(), 1e-3) << begin;
+  }
+  EXPECT_GT(pressed, 0);
 }
 
 }  // namespace
