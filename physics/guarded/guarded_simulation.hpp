@@ -141,6 +141,8 @@ class GuardedSimulation {
   const FrameReport& proof() const { return frame_; }
   const ContactWorld& world() const { return world_; }
   const SceneSimulation& simulation() const { return simulation_; }
+  /// SceneSimulation::reserve()
+  void reserve(std::size_t contacts) { simulation_.reserve(contacts); }
   /// The dynamics world, for forces and drives from outside; between steps.
   DynamicsWorld& dynamics() { return simulation_.world_to_set(); }
   double gap() const { return settings_.gap; }

@@ -34,7 +34,8 @@ class SceneSimulation {
   SceneSimulation(DynamicScene&&, MakeContacts) = delete;
   ~SceneSimulation();
 
-  /// Memory for this many contacts at a time, up to four a body and more in a pile. Between steps; allocates.
+  /// Memory for this many contacts at a time: bodies that rest on a floor have up to four each, in a pile
+  /// more. Between steps; allocates. @throws std::bad_alloc, std::length_error where there is not so much
   void reserve(std::size_t contacts);
 
   /// All that the run has come to: states, latches, drives, what the next step starts from. Good for this

@@ -72,17 +72,18 @@ void SceneSimulation::set_joint(const JointAddress& joint, double value, double 
 }
 
 void SceneSimulation::watch_touches(bool is_watched) {
-  is_watched_ = is_watched;
   touches_.reserve(reserved_);
+  is_watched_ = is_watched;
   touches_.forget();
 }
 
 void SceneSimulation::reserve(std::size_t contacts) {
-  reserved_ = std::max(reserved_, contacts);
-  world_->reserve(reserved_);
-  forces_.reserve(reserved_);
-  contacts_->reserve(reserved_, reserved_);
-  if (is_watched_) touches_.reserve(reserved_);
+  const std::size_t most = std::max(reserved_, contacts);
+  world_->reserve(most);
+  forces_.reserve(most);
+  contacts_->reserve(most, most);
+  if (is_watched_) touches_.reserve(most);
+  reserved_ = most;
 }
 
 /// Neither forces nor commands move it now.

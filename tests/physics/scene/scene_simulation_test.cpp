@@ -292,6 +292,10 @@ TEST(SceneSimulation, ManyContactsAllocateNothingWhereTheyAreReservedFor) {
             at({0.5 * (i % 4), 0.5 * (i / 4 % 4), 0.102 + 0.202 * (i / 16)})),
         free_body(1, size));
   SceneSimulation simulation(scene, native_contacts);
+  // More than there is changes nothing.
+  EXPECT_ANY_THROW(simulation.reserve(SIZE_MAX));
+  EXPECT_NO_THROW(simulation.watch_touches(true));
+  simulation.watch_touches(false);
   simulation.reserve(256);
   const std::size_t allocations = allocation_count();
   while (!simulation.is_over()) {
