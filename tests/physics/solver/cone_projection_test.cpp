@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cfenv>
+#include <cmath>
+#include <limits>
 #include <random>
 
 #include "touchstone/physics/solver/cone_lanes.hpp"
@@ -71,6 +74,55 @@ TEST(ConeProjection, FourSideBySideHaveTheBitsOfEach) {
       EXPECT_EQ(slope[lane], one_slope.projection) << i;
       EXPECT_EQ(change[lane], one_slope.change) << i;
       EXPECT_EQ(residual[lane], contact_residual(factor[lane], friction[lane], one_y, one_d)) << i;
+    }
+  }
+}
+
+// A lane that is padding has scale, hardness, friction, impulse and velocity 0. A host may trap exceptions.
+TEST(ConeProjection, LanesOfPaddingAreZerosAndRaiseNoException) {
+  volatile double none = 0.0;  // not known to the compiler
+  const double friction[4] = {0.5, 0.5, 0.5, none}, factor[4] = {1.0, 2.0, 3.0, none};
+  const double y[12] = {2.0, -2.0, 0.5, none, 0.5, 0.25, 1.0, none, 0.25, 0.5, 1.0, none};
+  double p[12], G[kStiffnessLanes], slope[4], change[4], residual[4];
+  std::feclearexcept(FE_ALL_EXCEPT);
+  put(project_on_cones(four_at(friction), lanes_at(y)), p);
+  put(slopes_of_projection(four_at(friction), lanes_at(y), four_at(factor)), G);
+  const ConeSlopes slopes = slopes_along(four_at(friction), lanes_at(y), lanes_at(y));
+  put(slopes.projection, slope), put(slopes.change, change);
+  put(contact_residuals(four_at(factor), four_at(friction), lanes_at(y), lanes_at(y)), residual);
+  EXPECT_EQ(std::fetestexcept(FE_INVALID | FE_DIVBYZERO | FE_OVERFLOW), 0);
+  for (int k = 3; k < 12; k += 4) EXPECT_EQ(p[k], 0.0);
+  for (std::size_t k = 3; k < kStiffnessLanes; k += 4) EXPECT_EQ(G[k], 0.0);
+  EXPECT_EQ(slope[3], 0.0);
+  EXPECT_EQ(change[3], 0.0);
+  EXPECT_EQ(residual[3], 0.0);
+}
+
+TEST(ConeProjection, WhatIsNotANumberStaysInItsLaneAndIsSeen) {
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  const double friction[4] = {0.5, 0.5, 0.5, 0.5}, factor[4] = {1.0, 1.0, 1.0, 1.0};
+  const double good[12] = {2.0, 1.0, 0.5, 1.0, 0.5, 1.0, 1.0, 0.25, 0.25, 1.0, 1.0, 0.5};
+  for (int bad = 0; bad < 12; ++bad) {
+    double y[12], G[kStiffnessLanes], of_x[4], of_u[4], worse[4], swapped[4];
+    std::copy_n(good, 12, y);
+    y[bad] = kNaN;
+    put(slopes_of_projection(four_at(friction), lanes_at(y), four_at(factor)), G);
+    const Four by_x = contact_residuals(four_at(factor), four_at(friction), lanes_at(y), lanes_at(good));
+    put(by_x, of_x);
+    put(contact_residuals(four_at(factor), four_at(friction), lanes_at(good), lanes_at(y)), of_u);
+    put(worse_of(by_x, in_all(1.0)), worse), put(worse_of(in_all(1.0), by_x), swapped);
+    for (int lane = 0; lane < 4; ++lane) {
+      const bool is_bad = lane == bad % 4;
+      EXPECT_EQ(std::isnan(of_x[lane]), is_bad) << bad;
+      EXPECT_EQ(std::isnan(of_u[lane]), is_bad) << bad;
+      EXPECT_EQ(std::isnan(worse[lane]), is_bad) << bad;
+      EXPECT_EQ(std::isnan(swapped[lane]), is_bad) << bad;
+      const double one[3] = {y[lane], y[4 + lane], y[8 + lane]};
+      double one_G[9];
+      slope_of_projection(friction[lane], one, factor[lane], one_G);
+      const int lower[6] = {0, 3, 4, 6, 7, 8};
+      for (int k = 0; k < 6; ++k)
+        EXPECT_EQ(std::isnan(G[4 * k + lane]), std::isnan(one_G[lower[k]])) << bad << " " << k;
     }
   }
 }
