@@ -1,6 +1,7 @@
 #include "touchstone/physics/world/step/flight.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "touchstone/contact_core/geometry/matrix3.hpp"
 #include "touchstone/physics/bodies/compensated_sum.hpp"
@@ -17,28 +18,31 @@ double cut_torque(const JointDrive& drive) {
   return std::min(std::max(drive.torque, -drive.limit), drive.limit);
 }
 
-/// Under gravity and pushes. @param kept_back as RigidBody::fly()
-bool fly_body(const Body& body, const Vector3& gravity_W, bool is_pushed, RigidBodyState& state, double t,
-              double kept_back = 0.0) {
-  if (!body.body.fly(state, t, gravity_W, kept_back)) return false;
-  if (!is_pushed || (body.push_W == Vector3::Zero() && body.push_moment_W == Vector3::Zero())) return true;
+StepFailure check_turn(const Body& body, const RigidBodyState& state, double t) {
+  const double turn = norm(body.body.angular_velocity(state)) * t;
+  if (!std::isfinite(turn)) return StepFailure::body;
+  return turn > RigidBody::kMostTurn ? StepFailure::turn : StepFailure::none;
+}
+
+/// Under gravity and pushes. Returns why it cannot. @param kept_back as RigidBody::fly()
+StepFailure fly_body(const Body& body, const Vector3& gravity_W, bool is_pushed, RigidBodyState& state,
+                     double t, double kept_back = 0.0) {
+  // Its state is unchanged where it fails.
+  if (!body.body.fly(state, t, gravity_W, kept_back)) {
+    const StepFailure why = check_turn(body, state, t);
+    return why == StepFailure::none ? StepFailure::body : why;
+  }
+  if (!is_pushed || (body.push_W == Vector3::Zero() && body.push_moment_W == Vector3::Zero()))
+    return StepFailure::none;
   const Vector3 impulse = t * body.push_W, twist = t * body.push_moment_W;
   add_compensated(state.p_W, state.p_low_W, (0.5 * t / body.body.inertia().mass) * impulse);
   add_compensated(state.momentum_W, state.low_W, impulse);
   state.angular_W += twist;
-  if (!(norm(body.body.angular_velocity(state)) * t <= RigidBody::kMostTurn)) return false;
+  const StepFailure why = check_turn(body, state, t);
+  if (why != StepFailure::none) return why;
   RigidBody::turn_by(state, rotate(body.body.inverse_inertia_W(state), Vector3((0.5 * t) * twist)),
                      body.body.least_turn(kept_back));
-  return is_finite(state);
-}
-
-/// Says why a body could not fly. Returns false.
-bool fail_flight(const Body& body, double t, std::uint32_t index, StepContext& step) {
-  RigidBodyState pushed = body.state;
-  pushed.angular_W += t * body.push_moment_W;
-  const double turn =
-      std::max(norm(body.body.angular_velocity(body.state)), norm(body.body.angular_velocity(pushed))) * t;
-  return step.fail(turn > RigidBody::kMostTurn ? StepFailure::turn : StepFailure::body, index);
+  return is_finite(state) ? StepFailure::none : StepFailure::body;
 }
 
 void commit_body(double t, double gap, const RowUnit& unit, Body& body) {
@@ -90,8 +94,9 @@ bool fly(const Group& group, double t, StepContext& step, Movers& movers) {
     Body& body = movers.bodies[i];
     if (body.is_jointed) continue;
     body.flown = body.state;
-    if (!fly_body(body, gravity_W, movers.is_pushed, body.flown, t, kKeptBack * step.settings.contact_gap))
-      return fail_flight(body, t, i, step);
+    const double kept_back = kKeptBack * step.settings.contact_gap;
+    const StepFailure why = fly_body(body, gravity_W, movers.is_pushed, body.flown, t, kept_back);
+    if (why != StepFailure::none) return step.fail(why, i);
   }
   for (const std::uint32_t m : group.mechanisms) {
     Arm& arm = movers.arms[m];
@@ -108,8 +113,8 @@ bool fly(const Group& group, double t, StepContext& step, Movers& movers) {
 bool fly_loose(std::span<const std::uint32_t> bodies, StepContext& step, Movers& movers) {
   for (const std::uint32_t i : bodies) {
     Body& body = movers.bodies[i];
-    if (!fly_body(body, step.settings.gravity_W, movers.is_pushed, body.state, step.h))
-      return fail_flight(body, step.h, i, step);
+    const StepFailure why = fly_body(body, step.settings.gravity_W, movers.is_pushed, body.state, step.h);
+    if (why != StepFailure::none) return step.fail(why, i);
   }
   return true;
 }
