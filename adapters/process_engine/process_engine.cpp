@@ -24,8 +24,8 @@ namespace touchstone {
 namespace process_engine {
 namespace {
 
-/// The time limits of a question that do not count to those of all.
-constexpr double kFreeLimits = 0.06;
+/// The time limits of a question, and of each of its pairs, that do not count to those of all.
+constexpr double kFreeLimits = 0.06, kFreeLimitsOfAPair = 1e-3;
 /// Failures in a row without an answer after which an engine is given up, in what one workspace may take.
 constexpr int kWorkspacesInVain = 4;
 
@@ -82,7 +82,7 @@ struct Engine {
   mutable std::atomic<int> failures_in_vain = 0;
   mutable std::atomic<bool> is_given_up = false;
 
-  /// Of all workspaces [ns], beyond kFreeLimits a question.
+  /// Of all workspaces [ns], beyond what is free.
   mutable std::atomic<std::int64_t> waited = 0;
 
   std::chrono::milliseconds of_a_question() const {
@@ -91,8 +91,9 @@ struct Engine {
   bool has_used_its_time() const {
     return std::chrono::nanoseconds(waited) > options.limits_in_all * options.time_limit;
   }
-  void count_question(std::chrono::nanoseconds took) const {
-    const auto beyond = took - std::chrono::duration<double, std::nano>(kFreeLimits * options.time_limit);
+  void count_question(std::size_t pairs, std::chrono::nanoseconds took) const {
+    const double free = kFreeLimits + kFreeLimitsOfAPair * static_cast<double>(pairs);
+    const auto beyond = took - std::chrono::duration<double, std::nano>(free * options.time_limit);
     if (beyond.count() > 0.0) waited += static_cast<std::int64_t>(beyond.count());
   }
   int most_in_vain() const { return kWorkspacesInVain * (options.max_restarts + 1); }
@@ -224,7 +225,7 @@ class Connection final : public Narrowphase::Workspace {
     std::string failure =
         converse(*child_, request_, reply_, engine_->options.time_limit, engine_->of_a_question(),
                  [&](const std::string& so_far) { return protocol.wanted(question, so_far); });
-    engine_->count_question(Clock::now() - begin);
+    engine_->count_question(question.pairs.size(), Clock::now() - begin);
     const Decoded decoded = protocol.read_reply(question, reply_, output);
     if (failure.empty() && decoded.problem != nullptr) failure = decoded.problem;
     if (!failure.empty()) return {decoded.answered, failure};

@@ -197,7 +197,8 @@ TEST(ProcessEngine, OneThatNeverAnswersIsGivenUpInAllWorkspaces) {
   EXPECT_EQ(first_status(good), PairStatus::failed);
 }
 
-// Its naps of 0.1 s end the second that it has beyond what is free.
+// Its naps of 0.1 s end the half second that it has beyond what is free. Where the machine stalls once, that
+// question times out and is asked again.
 TEST(ProcessEngine, OneThatSleepsInEveryQuestionIsGivenUp) {
   std::vector<std::string> told;
   BackendRegistry registry;
@@ -211,13 +212,29 @@ TEST(ProcessEngine, OneThatSleepsInEveryQuestionIsGivenUp) {
   narrowphase->build(row.solids);
   PairStatus last = PairStatus::separated;
   int asked = 0;
+  const std::vector<SolidPair> pairs(2, SolidPair{0, 1});
   while (last == PairStatus::separated && asked < 20) {
-    last = ask(*narrowphase, row.pairs, row.poses, {.kind = QueryKind::distance}).status[0];
+    last = ask(*narrowphase, pairs, row.poses, {.kind = QueryKind::distance}).status[0];
     ++asked;
   }
   EXPECT_EQ(last, PairStatus::failed);
-  EXPECT_GT(asked, 2);
-  EXPECT_THAT(told, ElementsAre(HasSubstr("given up after 0.5 s in its questions; 60 pairs here")));
+  EXPECT_GT(asked, 1);
+  ASSERT_FALSE(told.empty());
+  EXPECT_THAT(told.back(), HasSubstr("given up after 0.5 s in its questions; 2 pairs here"));
+}
+
+// A nap of 0.1 s is beyond what a question has free, and within what 600 pairs have.
+TEST(ProcessEngine, OneThatIsAskedManyPairsAtATimeMayTakeTimeForEach) {
+  BackendRegistry registry;
+  const std::string name = register_process_engine(
+      registry, {.command = {BAD_ENGINE, "nap"}, .time_limit = milliseconds(1000), .limits_in_all = 0});
+  const auto narrowphase = registry.make_narrowphase(name);
+  const Row row;
+  narrowphase->build(row.solids);
+  const std::vector<SolidPair> pairs(600, SolidPair{0, 1});
+  for (int time = 0; time < 2; ++time)
+    EXPECT_EQ(ask(*narrowphase, pairs, row.poses, {.kind = QueryKind::distance}).status[0],
+              PairStatus::separated);
 }
 
 // A million bytes wait in the pipe; the rest is taken 3 840 bytes every 30 ms.
@@ -238,7 +255,9 @@ TEST(ProcessEngine, OneThatTakesItsSolidsBySipsIsEnded) {
   EXPECT_THAT(ask(*narrowphase, pairs, poses, {.kind = QueryKind::distance}).status,
               ElementsAre(PairStatus::failed));
   ASSERT_FALSE(told.empty());
-  EXPECT_THAT(told.front(), HasSubstr("failed, not done within 0.8 s on taking solids"));
+  // The second where the machine stalls.
+  EXPECT_THAT(told.front(), testing::AnyOf(HasSubstr("failed, not done within 0.8 s on taking solids"),
+                                           HasSubstr("failed, no move within 0.4 s on taking solids")));
 }
 
 // All are started before the first answers, which is twice as often as may be in vain.
