@@ -294,7 +294,7 @@ void bind_dynamic_scenes(py::module_& module) {
       .def_property_readonly("joints", &joint_names,
                              "Names of the joints, as Simulation.joint_value() takes them.")
       .def_property_readonly("step_count", &DynamicScene::step_count, "Steps of the whole duration.")
-      .def_readonly("step", &DynamicScene::step, "[s].")
+      .def_readonly("step", &DynamicScene::step, "Length of a step [s].")
       .def_readwrite("contact_margin", &DynamicScene::contact_margin,
                      "Points up to this far apart are found [m].")
       .def_readwrite("bounce_speed", &DynamicScene::bounce_speed, "Slower approaches do not bounce [m/s].")

@@ -138,7 +138,8 @@ void bind_thread_pool(py::module_& module) {
       "them take turns.")
       .def(py::init(&thread_pool), py::arg("threads"),
            "threads: 1 to 64, the one that calls frame() among them.")
-      .def_property_readonly("threads", &ThreadPool::threads, "The one that calls among them.");
+      .def_property_readonly("threads", &ThreadPool::threads,
+                             "How many, the one that calls frame() among them.");
 }
 
 void bind_stiffness_of(WorldClass& world) {

@@ -112,7 +112,7 @@ void bind_report(py::module_& module) {
       .def_property_readonly(
           "cut_off", [](const Report& self) { return self.cut_off.size(); }, "How many of these there are.")
       // Counts.
-      .def_readonly("frame", &Report::frame, "Its number.")
+      .def_readonly("frame", &Report::frame, "The frame's number.")
       .def_readonly("blocked_movers", &Report::blocked_movers,
                     "Movers stopped on their commanded paths, and loads that go along.")
       .def_readonly("candidate_pairs", &Report::candidate_pairs,

@@ -22,7 +22,7 @@ constexpr int kMostSearches = 20;
 
 constexpr std::size_t kBodyRates = 6;  // of most units: unrolled
 
-/// B += [j1 j2 j3] blocks, of a contact between bodies.
+/// B += [j1 j2 j3] blocks, of a contact's rows over units of kBodyRates each.
 void add_contact_block(double* __restrict B, const double* j1, const double* j2, const double* j3,
                        const double* __restrict blocks) {
   for (std::size_t h = 0; h < kBodyRates; ++h)
@@ -211,7 +211,7 @@ void ConvexContacts::add_rows(std::size_t first, std::size_t count, const double
       else
         block = cholesky_.block(with, unit, is_transposed);
       if (is_transposed) continue;
-      // J^T G J is added; contacts between free bodies have a routine of fixed size.
+      // J^T G J is added; contacts over units of six rates have a routine of fixed size.
       const std::size_t height = problem_.sizes[with];
       if (count == 3 && n == kBodyRates && height == kBodyRates) {
         add_contact_block(block, J(0, other), J(1, other), J(2, other), blocks_.data());
