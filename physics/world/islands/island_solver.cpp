@@ -30,10 +30,12 @@ constexpr double kShareOfExact = 1e-3;
 // Rows of islands that ContactSolver is tried on at once: its linear systems grow with the third power, those
 // of ConvexContacts with the number of contacts, four times less at 48 rows.
 constexpr std::size_t kDirectRows = 32;
-// Islands of bodies alone move where something is faster than gravity makes it in kSlow pieces as long. Then
-// the last digits of their impulses, which hold what rests, are not worth their time: nothing is found anew
-// or improved that is within the tolerance, and those of more than kDirectRows are held to that of large
-// ones.
+// Islands of bodies alone move where, with the last step's impulses, each of their contacts slides or
+// approaches and each body moves there, faster than gravity makes it in kSlow steps, and by more than the
+// contact gap in a step. A queue at a stop on a belt that runs on rests, and so does a stack that slides as
+// one: something in them does. Then the last digits of their impulses, which hold what rests, are not worth
+// their time: nothing is found anew or improved that is within the tolerance, and those of more than
+// kDirectRows are held to that of large ones.
 constexpr double kSlow = 2.0;
 // Where work has no end, islands up to this size that ConvexContacts leaves get ContactSolver's first Newton
 // steps from there: their linear systems take milliseconds.
@@ -225,7 +227,7 @@ SolveReport IslandSolver::solve_anew(const Island& island, const Start& start, C
     solved = solve_convex(island, is_refined, is_doubtful, rows, step);
     count(tried, solved);
     const bool is_polished = is_small && !start.moves && !is_refined && !step.is_parted;
-    if (is_polished && solved.converged && step.is_bounded()) {
+    if (is_polished && solved.converged && step.is_bounded() && !step.budget.is_spent()) {
       if (!is_direct || is_doubtful) load_couplings(rows, step);
       polish(island, rows, step, solved);
     }
@@ -450,10 +452,25 @@ bool IslandSolver::presses_on_commands(const Island& island, const ContactRows& 
   });
 }
 
-/// See kSlow.
+/// See kSlow. @pre rows.u and the units' changes are those of the last step's impulses
 bool IslandSolver::is_moving(const Island& island, const ContactRows& rows, const StepContext& step) const {
-  return step.is_bounded() && island.joints == 0 &&
-         most_speed(island, rows.b) > kSlow * rows.length * norm(step.settings.gravity_W);
+  if (!step.is_bounded() || island.joints > 0) return false;
+  const DynamicsWorld::Settings& settings = step.settings;
+  const double slow = std::max(kSlow * step.h * norm(settings.gravity_W), settings.contact_gap / step.h);
+  // What a force or a commanded mover makes of b is no motion: impulses hold it.
+  const auto is_fast = [&](const ContactRows::Side& side) {
+    if (side.unit == kNoUnit) return true;
+    const RowUnit& unit = rows.units[side.unit];
+    const Vector3 w_W = unit.w_W + unit.change_w_W;
+    return unit.is_body() && norm(unit.v_W + unit.change_v_W + cross(w_W, side.lever_W)) > slow;
+  };
+  const std::span<const std::size_t> blocks = islands_.blocks_of(island);
+  return std::all_of(blocks.begin(), blocks.end(), [&](std::size_t block) {
+    const double* const u = &rows.u[3 * block];
+    const ContactRows::Contact& contact = rows.contacts[block];
+    return length_of(u[0], length_of(u[1], u[2])) > slow && is_fast(contact.sides[0]) &&
+           is_fast(contact.sides[1]);
+  });
 }
 
 /// Then the soft answer comes first.
