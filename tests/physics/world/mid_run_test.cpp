@@ -34,6 +34,19 @@ TEST(Push, AFreeBodyGoesAsItsForceAndMomentSay) {
   EXPECT_EQ(world.velocity(body), v);
 }
 
+TEST(Push, WhatItMakesNotFiniteIsNotSaidToTurnTooFar) {
+  // It turns by 40 rad, where 64 are the most; its place overflows.
+  DynamicsWorld world({});
+  const double mass = 1e-7, h = 1e-3, moment = 40.0 * (mass / 6.0) / (h * h);
+  const RigidBody cube(box_inertia(mass, {1, 1, 1}), "cube");
+  const auto body = world.add_body(cube, cube.state({}, kZero, kZero));
+  world.push(Mover::of_body(body), {1.7e308, 0, 0}, kZero, {0, 0, moment});
+  EXPECT_EQ(world.step(h, {}).failure, StepFailure::body);
+  world.push(Mover::of_body(body), kZero, kZero, {0, 0, 2.0 * moment});
+  EXPECT_EQ(world.step(h, {}).failure, StepFailure::turn);
+  EXPECT_EQ(world.pose(body).p, kZero);
+}
+
 TEST(Push, ABlockSlidesWhereThePushIsMoreThanFriction) {
   for (const double force : {4.0, 6.0}) {  // friction holds 4.905 N
     Cubes scene;
