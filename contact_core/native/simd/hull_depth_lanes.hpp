@@ -264,8 +264,9 @@ TOUCHSTONE_INLINE EdgeSearch search_edges(const LaneOf<Pack>& lane, const PosedH
                                           unsigned in_question_a, const PosedHull& B, unsigned in_question_b,
                                           double extent, HullAxis& best) {
   constexpr int kTurned = LaneOf<Pack>::kTurned;
-  // Listed first: most edges of A have one partner at most, and no predictor can guess which.
-  std::uint16_t listed[kLaneEdges * kLaneEdges];
+  // Listed first: most edges of A have one partner at most, and no predictor can guess which. Flat solids'
+  // pairs may be uncertain all of them, and are listed ahead and turned; the last place is for no pair.
+  std::uint16_t listed[2 * kLaneEdges * kLaneEdges + 1];
   unsigned count = 0;
   const unsigned counts = in_question_b | in_question_b << kTurned;
   for (unsigned rest_a = in_question_a; rest_a != 0; rest_a &= rest_a - 1) {

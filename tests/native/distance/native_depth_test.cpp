@@ -93,6 +93,23 @@ PosedSolids hard_pairs(std::uint64_t seed, int count) {
   return out;
 }
 
+/// Frusta all but flat, each twice at one pose: all pairs of their edges are parallel, or cross, to rounding.
+void add_flat_frusta(PosedSolids& out) {
+  for (const double size : {1.0, 10.0, 100.0})
+    for (const double height : {2e-14, 1e-13}) {
+      std::vector<Vector3> corners;
+      for (int k = 0; k < 2; ++k)
+        for (const double y : {-0.5, 0.5})
+          for (const double x : {-0.5, 0.5}) {
+            const double side = k == 0 ? size : 0.2 * size;
+            corners.emplace_back(x * side, y * side, k * height);
+          }
+      const Hexahedron frustum = Hexahedron::from_vertices(corners, WarpPolicy::accept);
+      out.add(frustum, Pose{}, frustum, Pose{});
+      out.add(frustum, at(0.25, -0.5, 0.125), frustum, at(0.25, -0.5, 0.125));
+    }
+}
+
 /// Hexahedra of 12 to 18 edges that overlap, from a touch to deep inside.
 PosedSolids overlapping_hulls(std::uint64_t seed, int count) {
   Random random(seed);
@@ -307,7 +324,9 @@ PosedSolids moved_away(const PosedSolids& set, const Vector3& in_world, const Ve
 
 TEST(NativeDepthKernels, PairsInLanesHaveTheBitsOfOnePair) {
   const PosedSolids near = hard_pairs(5, 600);
-  for (const PosedSolids& set : {near, moved_away(near, {1e6, -3e5, 7e5}, Vector3::Zero()),
+  PosedSolids with_flat = near;
+  add_flat_frusta(with_flat);
+  for (const PosedSolids& set : {with_flat, moved_away(with_flat, {1e6, -3e5, 7e5}, Vector3::Zero()),
                                  moved_away(near, Vector3::Zero(), {512.0, -256.0, 64.0})}) {
     const DepthOf depth{set};
     const auto pairs = pairs_of_kind(depth.data, set, native::SolidKind::general);
