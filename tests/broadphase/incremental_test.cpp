@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <array>
 #include <numeric>
 
 #include "touchstone/tests/broadphase/random_scene.hpp"
@@ -93,6 +94,13 @@ TEST_P(IncrementalTest, AnyHistoryOfEvenScenesGivesThePairsOfAFreshBuild) {
   run_any_history(GetParam(), even_scene(900, 9, 32), 9, true);
 }
 
+std::vector<PlacedHexahedron> row_of_boxes(int count) {
+  std::vector<PlacedHexahedron> placed;
+  for (int i = 0; i < count; ++i)
+    placed.push_back({"", Hexahedron::from_size({1, 2, 1}), {Matrix3::Identity(), {0.9 * i, 0, 0}}});
+  return placed;
+}
+
 /// A scene in which objects come, go and come back as others, static or not.
 struct Changing {
   Scene scene;
@@ -107,15 +115,20 @@ struct Changing {
     moved.push_back(object);
   }
 
-  /// Adds an object, or takes one out, or replaces one, or brings one in again.
-  void change_one(Broadphase& broadphase) {
-    const std::uint32_t object = static_cast<std::uint32_t>(random() % (scene.trees.size() + 3));
+  void add(Broadphase& broadphase, int solids) {
+    const auto added = static_cast<std::uint32_t>(scene.trees.size());
+    scene.add(row_of_boxes(solids), random_pose(random, extent));
+    is_static.push_back(random() % 4 == 0), is_gone.push_back(0);
+    ASSERT_TRUE(broadphase.set_object(added, &scene.trees.back(), is_static.back() != 0));
+    moved.push_back(added);
+  }
+
+  /// Adds an object of so many solids, or takes one out, or replaces one, or brings one in again.
+  void change_one(Broadphase& broadphase, int solids) {
+    const std::uint64_t places = scene.trees.size() + scene.trees.size() / 8;
+    const std::uint32_t object = static_cast<std::uint32_t>(random() % places);
     if (object >= scene.trees.size()) {
-      const auto added = static_cast<std::uint32_t>(scene.trees.size());
-      scene.add({{"", Hexahedron::from_size({1, 2, 1}), {}}}, random_pose(random, extent));
-      is_static.push_back(random() % 4 == 0), is_gone.push_back(0);
-      ASSERT_TRUE(broadphase.set_object(added, &scene.trees.back(), is_static.back() != 0));
-      moved.push_back(added);
+      add(broadphase, solids);
     } else if (is_gone[object] == 0 && random() % 3 != 0) {
       is_gone[object] = 1;
       ASSERT_TRUE(broadphase.set_object(object, nullptr, false));
@@ -156,8 +169,9 @@ void expect_partners(Broadphase& broadphase, const Scene& scene, const Pairs& pa
 
 enum class Placed { at_poses, on_paths, in_turns };
 
-// Objects change while others move; at poses and on paths, in turns after frames in the grid. @return in how
-// many frames the grid served.
+// Objects change while others move; at poses and on paths, in turns after frames in the grid. Those that come
+// are of one solid at first, of up to three later, which the grid takes no more. @return in how many frames
+// the grid served.
 int change_objects(const char* name, Scene of_start, double extent, Placed placed) {
   Changing changing{.scene = std::move(of_start), .extent = extent};
   const auto broadphase = build(name, changing.scene, 0.1, changing.is_static);
@@ -168,7 +182,9 @@ int change_objects(const char* name, Scene of_start, double extent, Placed place
     // Objects come, go and come again, and some of the others move.
     std::vector<std::uint32_t>& moved = changing.moved;
     moved.clear();
-    for (int i = 0; frame > 0 && i < frame % 4; ++i) changing.change_one(*broadphase);
+    if (frame == 99) changing.add(*broadphase, 3);  // after one that the grid was made in
+    for (int i = 0; frame > 0 && i < frame % 4; ++i)
+      changing.change_one(*broadphase, frame < 99 ? 1 : 1 + static_cast<int>(changing.random() % 3));
     for (std::uint32_t object = 0; object < scene.trees.size(); ++object)
       if (changing.is_gone[object] == 0 && changing.random() % (frame % 7 == 0 ? 2 : 40) == 0)
         changing.place(object);
@@ -187,7 +203,10 @@ int change_objects(const char* name, Scene of_start, double extent, Placed place
     }
     expect_partners(*broadphase, scene, expected);
     Pairs by_place;
-    in_grid += broadphase->find_pairs_by_place(by_place) && is_by_place(by_place);
+    if (!broadphase->find_pairs_by_place(by_place)) continue;
+    in_grid += is_by_place(by_place);
+    std::sort(by_place.begin(), by_place.end());
+    EXPECT_EQ(by_place, expected);
   }
   return in_grid;
 }
@@ -203,6 +222,30 @@ TEST(NativeBroadphase, ObjectsThatComeAndGoInTheGridGiveThePairsOfAFreshBuild) {
 }
 TEST(NativeBroadphase, ObjectsThatComeAndGoOnPathsAfterTheGridGiveThePairsOfAFreshBuild) {
   EXPECT_GT(change_objects("native", even_scene(600, 8, 45), 8, Placed::in_turns), 5);
+}
+
+// The grid has the numbers of objects, which were those of solids when it was made.
+TEST(NativeBroadphase, AnObjectOfSeveralSolidsThatComesToTheGridGivesItsPairs) {
+  // All have moved, so that the grid serves.
+  Scene scene = even_scene(600, 8, 47);
+  const auto broadphase = make("native", scene, 0.1);
+  std::vector<std::uint32_t> all(600);
+  std::iota(all.begin(), all.end(), 0u);
+  broadphase->update(scene.poses, all);
+  Pairs by_place;
+  ASSERT_TRUE(broadphase->find_pairs_by_place(by_place));
+  ASSERT_TRUE(is_by_place(by_place));
+  std::sort(by_place.begin(), by_place.end());
+  const Pairs before = by_place;
+  // The object comes.
+  scene.add(row_of_boxes(3), Pose{});
+  ASSERT_TRUE(broadphase->set_object(600, &scene.trees[600], false));
+  by_place.clear();
+  broadphase->update(scene.poses, std::array{600u});
+  ASSERT_TRUE(broadphase->find_pairs_by_place(by_place));
+  std::sort(by_place.begin(), by_place.end());
+  EXPECT_EQ(by_place, sweep(*make("brute_force", scene, 0.1), 4096));
+  EXPECT_GT(by_place.size(), before.size());
 }
 
 TEST(NativeBroadphase, AllPairsAreThoseOfWhatMovedInTheFirstUpdate) {

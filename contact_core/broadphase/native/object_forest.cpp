@@ -163,6 +163,7 @@ void ObjectForest::update(std::span<const std::uint32_t> moved) noexcept {
 /// where few move after that, until the tree is made anew. @returns whether it serves.
 bool ObjectForest::update_grid(std::span<const std::uint32_t> moved, bool is_many) noexcept {
   if (bounds_.on_paths() || trees_[kStatic].now.tree.size() > trees_[kMoving].now.tree.size()) return false;
+  if (!bounds_.are_single()) return false;  // one of several solids may have come since it was built
   if (is_many) return grid_.build(bounds_, threads_);
   return has_grid_ && (moved.empty() || grid_.move(bounds_, moved) || grid_.build(bounds_, threads_));
 }

@@ -120,7 +120,7 @@ bool ObjectPairs::list_from_grid(const ObjectGrid& grid) noexcept {
 // Parts are the same on any number of threads, and so is the order within each.
 bool ObjectPairs::append_by_place(std::vector<SolidPair>& out) noexcept {
   const ObjectGrid* const grid = forest_.grid();
-  if (grid == nullptr) return false;
+  if (grid == nullptr || !bounds_.are_single()) return false;  // objects' numbers would not be solids'
   list_.start();
   std::atomic<bool> fits{true};
   auto task = [&](std::size_t part) {
