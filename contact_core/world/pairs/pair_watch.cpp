@@ -90,6 +90,8 @@ void PairWatch::note_rests(SolidIndex solid, double gone) {
 
 void PairWatch::put_in_group(std::uint32_t index, std::uint32_t place, double gone) {
   ArmGroup& group = groups_[place];
+  // What moves may have begun anew since the last pair left.
+  if (group.near == kNoIndex && group.far == kNoIndex) group.most_gone = 0.0, group.least_left = kInfinity;
   group_of_[index] = place;
   in_group_[index].gone = gone * (1.0 + kRounding);
   const double left = left_for_mover(index);

@@ -91,8 +91,9 @@ class PairWatch {
       const double of_first = gone(pairs_[first]);
       const double of_mover = (of_first - in_group_[first].gone) + 2.0 * kRounding * of_first;
       if (!group.travels_apart) {
-        group.most_gone = std::max(group.most_gone, of_mover);
-        if (of_mover > group.least_left) take_near(group);
+        // One that is no number leaves none far.
+        group.most_gone = of_mover < kInfinity ? std::max(group.most_gone, of_mover) : kInfinity;
+        if (!(of_mover <= group.least_left)) take_near(group);
       }
       for (std::uint32_t index = group.near; index != kNoIndex;) {
         const std::uint32_t next = in_group_[index].next;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <set>
 
@@ -116,6 +117,19 @@ TEST(PairWatch, FindsPairsOfArmsThatWentFurtherThanTheyAreClear) {
   watch.clear();
   watch.for_each_of_arms_beyond([](const WatchedPair&) { return kInfinity; },
                                 [](std::uint32_t) { ADD_FAILURE() << "none is left"; });
+}
+
+TEST(PairWatch, FindsAllPairsOfAnArmThatWentNoNumber) {
+  PairWatch watch;
+  watch.set_solids(4);
+  for (SolidIndex other = 1; other < 4; ++other) watch.add_of_arm({0, other, kNoLinkPair, 1.0}, 0);
+  std::size_t visits = 0;
+  const auto visit = [&](std::uint32_t) { ++visits; };
+  watch.for_each_of_arms_beyond([](const WatchedPair&) { return 0.5; }, visit);
+  EXPECT_EQ(visits, 0u);
+  watch.for_each_of_arms_beyond([](const WatchedPair&) { return std::numeric_limits<double>::quiet_NaN(); },
+                                visit);
+  EXPECT_EQ(visits, 3u);
 }
 
 TEST(PairWatch, ShortensHowLongPairsAreClear) {
