@@ -38,9 +38,9 @@ class Twins {
   std::vector<ObjectHandle> objects;  // of those there are, but for links
   std::vector<MechanismHandle> arms;
 
-  explicit Twins(std::uint64_t seed) : random_(seed) {
+  explicit Twins(std::uint64_t seed, int count = 24) : random_(seed) {
     for (auto& world : worlds) world->set_default_rule(rule(ContactPolicy::slide, 0.02));
-    for (int i = 0; i < 24; ++i) add();
+    for (int i = 0; i < count; ++i) add();
   }
 
   void change() {
@@ -105,6 +105,10 @@ class Twins {
     }
     std::vector<JointCommand> joints;
     for (std::size_t i = 0; i < arms.size(); ++i) joints.push_back({arms[i], values[i]});
+    fly(frame, commands, joints);
+  }
+
+  void fly(int frame, const std::vector<MotionCommand>& commands, const std::vector<JointCommand>& joints) {
     // One world goes on; the other's backends are new.
     worlds[1]->set_broadphase(make_native_broadphase());
     worlds[1]->set_narrowphase(make_native());
@@ -119,12 +123,11 @@ class Twins {
     for (std::size_t i = 0; i < one.events.size(); ++i)
       ASSERT_TRUE(is_same(one.events[i], other.events[i])) << "frame " << frame << ", event " << i;
     ASSERT_EQ(one.blocked_movers, other.blocked_movers);
-    events += one.events.size();
+    events += one.events.size(), blocked += one.blocked_movers;
   }
 
-  std::size_t events = 0;
+  std::size_t events = 0, blocked = 0;
 
- private:
   template <class Change>
   void attempt(Change change) {
     std::array<bool, 2> refused{};
@@ -138,6 +141,7 @@ class Twins {
     ASSERT_EQ(refused[0], refused[1]);
   }
 
+ private:
   MechanismHandle any_arm() { return arms[random_.below(static_cast<std::uint32_t>(arms.size()))]; }
   ObjectHandle any() { return objects[random_.below(static_cast<std::uint32_t>(objects.size()))]; }
   std::string any_group() { return std::string(1, static_cast<char>('a' + random_.below(3))); }
@@ -223,6 +227,68 @@ TEST(WorldChanges, AnswerAsAWorldBuiltAnew) {
     events += twins.events;
   }
   EXPECT_GT(events, 5000u);
+}
+
+/// An arm along x and two boxes beside it, of which one moves to and fro and then rests.
+class ArmAndResting {
+ public:
+  enum class Between { nothing, carried, reset };
+
+  ArmAndResting() {
+    const auto arm = make_arm("arm", 2);
+    for (const double y : {1.5, -1.5}) {
+      const ObjectDescription box{box_tree("box " + std::to_string(y), {0.4, 0.4, 0.4}), at(2, y, 0)};
+      for (auto& world : twins_.worlds) box_.at(y > 0 ? 0 : 1) = world->add(box);
+    }
+    for (auto& world : twins_.worlds) arm_ = world->add_mechanism({arm});
+    // So many others that the pairs of what moves are found by themselves.
+    for (int i = 0; i < 20; ++i)
+      for (auto& world : twins_.worlds)
+        world->add({box_tree("far box " + std::to_string(i), {0.4, 0.4, 0.4}), at(i, 30, 0)});
+    twins_.objects = {box_[0], box_[1]}, twins_.arms = {arm_};
+  }
+
+  /// The box goes, rests for more than 8 frames, and is met by the arm. @return how often it stopped the arm.
+  std::size_t go_rest_and_meet(Between between) {
+    // It goes much further than it is from the arm, and ends where it was.
+    for (int i = 0; i < 20; ++i) move_box(i % 2 == 0 ? 0.2 : -0.2);
+    if (between == Between::reset) twins_.attempt([](ContactWorld& world) { world.reset(); });
+    if (between == Between::carried) {
+      const ObjectHandle link = twins_.worlds[0]->link(arm_, "2");
+      twins_.attempt([&](ContactWorld& world) { world.latch(link, box_[0]); });
+      for (const double by : {0.1, 0.1, -0.1, -0.1}) turn_arm(by);
+      twins_.attempt([&](ContactWorld& world) { world.unlatch(box_[0]); });
+    }
+    for (int i = 0; i < 12; ++i) turn_arm(i % 2 == 0 ? 0.001 : -0.001);
+    // The arm comes, and goes home.
+    const std::size_t before = twins_.blocked;
+    for (int i = 0; i < 8; ++i) turn_arm(0.1);
+    const std::size_t stopped = twins_.blocked - before;
+    for (int i = 0; i < 8; ++i) go({}, {0.0, 0.0});
+    return stopped;
+  }
+
+ private:
+  void move_box(double by) { go({twins_.worlds[0]->move_by(box_[0], {by, 0, 0}, {0, 0, 0})}, joints()); }
+  void turn_arm(double by) { go({}, {joints()[0] + by, joints()[1]}); }
+  std::vector<double> joints() const { return joints_of(*twins_.worlds[0], arm_); }
+  void go(const std::vector<MotionCommand>& commands, const std::vector<double>& values) {
+    if (!::testing::Test::HasFatalFailure()) twins_.fly(frame_++, commands, {{arm_, values}});
+  }
+
+  Twins twins_{1, 0};
+  std::array<ObjectHandle, 2> box_;
+  MechanismHandle arm_;
+  int frame_ = 0;
+};
+
+TEST(WorldChanges, WhatRestsIsMetByAnArmAsInAWorldBuiltAnew) {
+  ArmAndResting scene;
+  using Between = ArmAndResting::Between;
+  for (const Between between : {Between::nothing, Between::carried, Between::reset, Between::nothing}) {
+    EXPECT_GT(scene.go_rest_and_meet(between), 0u);
+    if (::testing::Test::HasFatalFailure()) FAIL();
+  }
 }
 
 // Many more objects than come or go at once: what a small world builds anew is taken up here.
