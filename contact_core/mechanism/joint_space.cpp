@@ -289,7 +289,8 @@ JointSlidePlan plan_scaled(const JointVector& goal, const JointMetric& metric, s
   for (int i = 0; i <= kHalvings; ++i, scale(wanted, 0.5)) {
     double straight_part = kInfinity;
     const bool found = project_lifted(wanted, metric, rows, scaled, bends, plan, straight_part);
-    if (i == 0 && !is_long) straight = straight_part;
+    // Below 0 where rows ask for room first: that tells nothing of what bends keep from the plan.
+    if (i == 0 && !is_long && straight_part > 0.0) straight = straight_part;
     if (!found) continue;
     const double share = shorten(goal, metric, plan.dq);
     if (!(share > 0.0)) continue;

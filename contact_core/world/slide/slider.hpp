@@ -18,9 +18,9 @@ namespace touchstone {
 
 /// A sub-step that brings no slider closer to its goal by this share of its distance at first is the last.
 inline constexpr double kLeastGain = 0x1p-10;
-/// Except for kMostPoorSteps sub-steps of a slide that has gained less than this share so far. An arm's that
-/// gain at least half as much as the one before do not count: gains that shrink no faster come to as much
-/// again.
+/// Except for kMostPoorSteps sub-steps of a slide that has gained less than this share so far, and whose plan
+/// does not end it (Slider::is_near_end). An arm's that gain at least half as much as the one before do not
+/// count: gains that shrink no faster come to as much again.
 inline constexpr double kHardlyBegun = 0x1p-6;
 inline constexpr int kMostPoorSteps = 4;
 /// A plan is executed where it gains at least this share of the initial distance.
@@ -48,7 +48,8 @@ struct Slider {
   bool done = false;
   bool shoves = false;       ///< it goes on along its commanded path, with what it met: see shove.hpp
   bool follows = false;      ///< goes along with its leader
-  bool is_near_end = false;  ///< where the sub-step is gone to its end, another one would not gain kLeastGain
+  bool is_near_end = false;  ///< where the sub-step is gone to its end, another one would not gain
+                             ///< kLeastGain, or of an arm little beside this one
   Twist remaining;           ///< what is left of the commanded path while it shoves
   Vector3 remaining_centre_O = Vector3::Zero();  ///< about which that turns
   bool is_cut_off = false;                       ///< the budget ended it
