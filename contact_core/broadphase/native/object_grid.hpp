@@ -14,9 +14,10 @@ namespace touchstone {
 
 /// The spheres of all objects of a scene in a uniform grid, made anew by counting in each frame in which many
 /// objects move: cheaper than a tree where sizes and density are much the same. Whether they are is sampled
-/// in each frame that may use the grid; after a refusal, in the 32nd such frame. A few objects may be loose:
-/// giants, strays and those at no finite place are in no cell. Where few move after it was made, these leave
-/// their places and are late: each is in a list of its new cells, until the grid is made anew.
+/// each time that it is made; after a refusal, the 32nd time. A few objects may be loose: giants, strays and
+/// those at no finite place are in no cell. Where few move after it was made, these leave their places and
+/// are late: each is in a list of its new cells. The grid is made anew where too many are late or loose for
+/// move(), too.
 ///
 /// Cells stand in rows along the longest side of the scene, rows in square tiles, and objects in the order of
 /// their cells: so a sphere meets its neighbours in few runs of positions, four at a time.
