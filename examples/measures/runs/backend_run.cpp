@@ -313,20 +313,35 @@ bool is_same_answer(const NarrowphaseOutput& x, const NarrowphaseOutput& y) {
 
 // Asks all pairs once more in the workspace that was timed, after all its calls, block by block.
 void ask_later(Timed& timed, const PairSet& set, QueryKind kind, std::size_t block, QueryAnswers& answers) {
+  const std::size_t pairs = set.pairs.size();
   QueryAnswers again;
-  for (std::size_t first = 0; first < set.pairs.size(); first += block) {
-    const std::size_t count = std::min(block, set.pairs.size() - first);
-    make_slots(again, kind, count);
-    timed.narrowphase->evaluate({std::span(set.pairs).subspan(first, count), set.poses, query_for(kind)},
-                                slots(again, 0, count), *timed.workspace);
-    for (std::size_t i = 0; i < count; ++i) {
-      const NarrowphaseOutput now = slots(again, i, 1);
-      if (is_same_answer(now, slots(answers, first + i, 1))) continue;
-      answers.later.push_back({first + i,
-                               now.status[0],
-                               now.geometry.empty() ? no_geometry() : now.geometry[0],
-                               {now.points.begin(), now.points.end()}});
+  make_slots(again, kind, pairs);
+  const auto ask_from = [&](std::size_t first) {
+    for (; first < pairs; first += block) {
+      const std::size_t count = std::min(block, pairs - first);
+      timed.narrowphase->evaluate({std::span(set.pairs).subspan(first, count), set.poses, query_for(kind)},
+                                  slots(again, first, count), *timed.workspace);
     }
+  };
+  ask_from(0);
+  // A workspace whose engine was given up, as timing asked again and again what ends it, fails all pairs to
+  // the last one unasked: these are asked in a new one.
+  const auto is_answer = [](PairStatus status) { return status != PairStatus::failed; };
+  const auto last = std::find_if(again.status.rbegin(), again.status.rend(), is_answer);
+  const auto given_up = static_cast<std::size_t>(again.status.rend() - last);
+  if (std::any_of(answers.status.begin() + static_cast<std::ptrdiff_t>(given_up), answers.status.end(),
+                  is_answer)) {
+    timed.workspace = timed.narrowphase->make_workspace();
+    ask_from(given_up);
+  }
+  // What differs is kept.
+  for (std::size_t i = 0; i < pairs; ++i) {
+    const NarrowphaseOutput now = slots(again, i, 1);
+    if (is_same_answer(now, slots(answers, i, 1))) continue;
+    answers.later.push_back({i,
+                             now.status[0],
+                             now.geometry.empty() ? no_geometry() : now.geometry[0],
+                             {now.points.begin(), now.points.end()}});
   }
 }
 
