@@ -5,12 +5,12 @@
 
 #include <cmath>
 #include <filesystem>
-#include <numbers>
 
 #include "touchstone/adapters/all/all_backends.hpp"
 #include "touchstone/adapters/scene_files/dynamics_file.hpp"
 #include "touchstone/examples/dynamics_run/run.hpp"
 #include "touchstone/examples/dynamics_run/simulate.hpp"
+#include "touchstone/tests/support/degree.hpp"
 
 namespace touchstone::dynamics {
 namespace {
@@ -18,8 +18,6 @@ namespace {
 namespace fs = std::filesystem;
 using physics::DynamicScene;
 using physics::SceneAnswer;
-
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 DynamicScene scene(const std::string& name) {
   return load_dynamic_scene(fs::path(TOUCHSTONE_DYNAMIC_SCENES) / (name + ".yaml"));

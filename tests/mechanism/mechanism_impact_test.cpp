@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 
 #include "touchstone/contact_core/mechanism/arms/ssrms.hpp"
 #include "touchstone/contact_core/mechanism/mechanism_path.hpp"
@@ -13,13 +12,12 @@
 #include "touchstone/tests/mechanism/random_chain.hpp"
 #include "touchstone/tests/motion/stop_in_gap.hpp"
 #include "touchstone/tests/support/at.hpp"
+#include "touchstone/tests/support/degree.hpp"
 
 // Links of an arm against a box, at rest or moving: find_impact() on MechanismPath.
 
 namespace touchstone {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 struct Against {
   std::array<Hexahedron, 2> solids;

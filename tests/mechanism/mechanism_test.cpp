@@ -12,11 +12,10 @@
 #include "touchstone/contact_core/mechanism/round_parts.hpp"
 #include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/tests/mechanism/random_chain.hpp"
+#include "touchstone/tests/support/degree.hpp"
 
 namespace touchstone {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 PlacedHexahedron box(const std::string& name, const Vector3& centre, const Vector3& size) {
   Pose X;

@@ -3,15 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 
 #include "touchstone/contact_core/mechanism/reference_overlaps.hpp"
 #include "touchstone/contact_core/native/native.hpp"
+#include "touchstone/tests/support/degree.hpp"
 
 namespace touchstone {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 Vector3 tip_at(const Mechanism& arm, const std::vector<double>& q) {
   std::vector<Pose> X(arm.links().size());

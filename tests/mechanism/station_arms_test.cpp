@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/mechanism/arms/bundled_arms.hpp"
@@ -9,13 +8,12 @@
 #include "touchstone/contact_core/mechanism/arms/spdm.hpp"
 #include "touchstone/contact_core/mechanism/reference_overlaps.hpp"
 #include "touchstone/contact_core/native/native.hpp"
+#include "touchstone/tests/support/degree.hpp"
 
 // The bundled arms besides the SSRMS: the SPDM, one of its arms, the SSRMS on the Mobile Transporter.
 
 namespace touchstone {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 std::vector<Pose> poses_of(const Mechanism& arm, const std::vector<double>& q) {
   std::vector<Pose> X(arm.links().size());

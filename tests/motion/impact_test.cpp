@@ -4,7 +4,6 @@
 
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <random>
 #include <string>
 
@@ -15,11 +14,10 @@
 #include "touchstone/contact_core/scene/motion.hpp"
 #include "touchstone/tests/motion/stop_in_gap.hpp"
 #include "touchstone/tests/support/at.hpp"
+#include "touchstone/tests/support/degree.hpp"
 
 namespace touchstone {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 struct Pair {
   std::array<Hexahedron, 2> solids;

@@ -3,14 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 
 #include "touchstone/contact_core/scene/motion.hpp"
+#include "touchstone/tests/support/degree.hpp"
 
 namespace touchstone {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 Pose posed(const Vector3& p, const Vector3& axis, double angle) {
   Pose X;

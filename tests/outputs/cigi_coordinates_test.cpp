@@ -4,9 +4,9 @@
 
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/tests/support/degree.hpp"
 #include "touchstone/tests/support/random_poses.hpp"
 
 namespace touchstone {
@@ -14,7 +14,6 @@ namespace {
 
 using namespace cigi;
 
-constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kAngleError = 5e-7;  ///< [rad] as stated at place()
 
 Pose about(const Vector3& axis, double degrees, const Vector3& p = Vector3::Zero()) {

@@ -13,11 +13,10 @@
 #include "touchstone/adapters/scene_files/scene_file.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/scene/scene_instance.hpp"
+#include "touchstone/tests/support/degree.hpp"
 
 namespace touchstone {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 Scene scene(const std::string& file, const SceneParameters& parameters = {}) {
   return load_scene(std::string(TOUCHSTONE_SCENES) + "/" + file, parameters);

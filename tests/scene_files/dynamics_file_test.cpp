@@ -4,16 +4,14 @@
 
 #include <cmath>
 #include <filesystem>
-#include <numbers>
 #include <string>
 
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/tests/support/degree.hpp"
 #include "touchstone/tests/support/written_file.hpp"
 
 namespace touchstone {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 // Three boxes; dynamics from line 15 on.
 constexpr const char* kHead =

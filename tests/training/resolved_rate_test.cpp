@@ -4,18 +4,16 @@
 
 #include <array>
 #include <cmath>
-#include <numbers>
 
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/mechanism/arms/ssrms.hpp"
 #include "touchstone/contact_core/motion/path.hpp"
 #include "touchstone/tests/mechanism/random_chain.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
+#include "touchstone/tests/support/degree.hpp"
 
 namespace touchstone {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 struct Posed {
   Mechanism arm;

@@ -7,21 +7,21 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <numbers>
 #include <set>
 #include <string>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/tests/support/degree.hpp"
 #include "touchstone/tests/training/training_run_fixture.hpp"
 
 namespace {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
+using touchstone::kDegree;
 using touchstone::kInfinity;
 using namespace touchstone::test;
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kGap = 1e-9;
 
 json late(const json& script) { return method(script, "figure 1"); }

@@ -19,6 +19,7 @@
 #include "touchstone/contact_core/threads/processor_time.hpp"
 #include "touchstone/contact_core/world/contact_world.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
+#include "touchstone/tests/support/degree.hpp"
 
 // One frame of a contact world: the SSRMS-type arm (47 hexahedra) in a scene of 500, policy slide. Rows are
 // backend/phase/frames a second; the arm's joints go at up to 4 deg/s. Phases:
@@ -38,7 +39,6 @@
 namespace touchstone {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr int kTiles = 20;
 constexpr int kOthers = 100;
 

@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 
 #include "touchstone/contact_core/registry.hpp"
 #ifdef TOUCHSTONE_HAS_BULLET
@@ -18,6 +17,7 @@
 #include "touchstone/tests/physics/arms.hpp"
 #include "touchstone/tests/support/at.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
+#include "touchstone/tests/support/degree.hpp"
 
 using namespace touchstone;
 using namespace touchstone::physics;
@@ -25,8 +25,6 @@ using namespace touchstone::physics;
 namespace {
 
 const Vector3 kZero = Vector3::Zero();
-constexpr double kDegree = std::numbers::pi / 180.0;
-
 HexahedronTree box_tree(const std::string& name, const Vector3& size,
                         const Vector3& centre = Vector3::Zero()) {
   return HexahedronTree({{"box", Hexahedron::from_size(size), at(centre)}}, name);

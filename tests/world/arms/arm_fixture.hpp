@@ -1,13 +1,10 @@
 #pragma once
 
-#include <numbers>
-
 #include "touchstone/contact_core/mechanism/arms/ssrms.hpp"
+#include "touchstone/tests/support/degree.hpp"
 #include "touchstone/tests/world/world_fixture.hpp"
 
 namespace touchstone {
-
-inline constexpr double kDegree = std::numbers::pi / 180;
 
 /// Bars of 2 x 0.2 x 0.2 m in a row along x, each turning about z at the end of the one before; bar k is link
 /// `k`, the base `base` has none. The last link is followed by `tip`, a frame at its end.

@@ -9,19 +9,18 @@
 #include <iomanip>
 #include <iostream>
 #include <map>
-#include <numbers>
 #include <set>
 
 #include "touchstone/adapters/all/all_backends.hpp"
 #include "touchstone/adapters/scene_files/scene_file.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/world/scene_world.hpp"
+#include "touchstone/tests/support/degree.hpp"
 #include "touchstone/tests/world/flown/bundled_scene.hpp"
 
 namespace touchstone {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kNever = kInfinity;
 
 /// How far from touching a backend may stop a pair in a scene, and how late [m].

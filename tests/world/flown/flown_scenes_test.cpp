@@ -5,18 +5,17 @@
 
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <optional>
 
 #include "touchstone/adapters/scene_files/scene_file.hpp"
 #include "touchstone/contact_core/registry.hpp"
 #include "touchstone/contact_core/world/scene_world.hpp"
+#include "touchstone/tests/support/degree.hpp"
 #include "touchstone/tests/world/flown/bundled_scene.hpp"
 
 namespace touchstone {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kGap = 1e-9;
 
 /// A flight's result: when each object was first stopped, and when contact first began and last ended [s].

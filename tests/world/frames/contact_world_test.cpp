@@ -4,11 +4,11 @@
 
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <thread>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/tests/support/degree.hpp"
 #include "touchstone/tests/world/world_fixture.hpp"
 
 namespace touchstone {
@@ -19,8 +19,6 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 // A 1 m cube above a table whose top is at z = 0.
 struct CubeOverTable {

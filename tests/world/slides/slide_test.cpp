@@ -4,17 +4,15 @@
 #include <array>
 #include <cmath>
 #include <iostream>
-#include <numbers>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/motion/mass_metric.hpp"
 #include "touchstone/contact_core/native/native.hpp"
+#include "touchstone/tests/support/degree.hpp"
 #include "touchstone/tests/world/world_fixture.hpp"
 
 namespace touchstone {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 PairRule slide_rule(bool translation_only = false) {
   PairRule out = rule(ContactPolicy::slide);
