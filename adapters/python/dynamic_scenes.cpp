@@ -249,19 +249,7 @@ void bind_joints(SceneClass& scene) {
            "'remove' bring it and take it out.");
 }
 
-}  // namespace
-
-std::vector<std::string> joint_names(const DynamicScene& self) {
-  std::vector<std::string> made;
-  for (std::size_t m = 0; m < self.mechanisms.size(); ++m)
-    for (std::size_t j = 0; j < self.mechanisms[m].joints.size(); ++j) made.push_back(name_of(self, {m, j}));
-  for (std::size_t j = 0; j < self.joints.size(); ++j)
-    made.push_back(name_of(self, {JointAddress::kBodyJoint, j}));
-  return made;
-}
-
-void bind_dynamic_scenes(py::module_& module) {
-  // Drives of joints.
+void bind_drives(py::module_& module) {
   py::class_<SceneDrive>(module, "JointDrive", "What drives a joint.")
       .def(py::init(&make_drive), py::arg("mode") = "torque", py::arg("torque") = 0.0, py::arg("rate") = 0.0,
            py::arg("limit") = kInfinity, py::arg("position") = 0.0, py::arg("stiffness") = 0.0,
@@ -276,6 +264,21 @@ void bind_dynamic_scenes(py::module_& module) {
             return std::string();
           },
           "'torque', 'rate', 'brake' or 'position'.");
+}
+
+}  // namespace
+
+std::vector<std::string> joint_names(const DynamicScene& self) {
+  std::vector<std::string> made;
+  for (std::size_t m = 0; m < self.mechanisms.size(); ++m)
+    for (std::size_t j = 0; j < self.mechanisms[m].joints.size(); ++j) made.push_back(name_of(self, {m, j}));
+  for (std::size_t j = 0; j < self.joints.size(); ++j)
+    made.push_back(name_of(self, {JointAddress::kBodyJoint, j}));
+  return made;
+}
+
+void bind_dynamic_scenes(py::module_& module) {
+  bind_drives(module);
   // The scene: its bodies, names and settings.
   SceneClass scene(module, "DynamicScene", "Bodies, joints, actions and their laws; SI units.");
   scene
