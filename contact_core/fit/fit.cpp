@@ -108,12 +108,14 @@ class Measures {
   }
 
   Fit fit(const std::vector<SixPlanes>& solids) {
+    // Whether each is known to keep to what is asked.
     std::vector<Measured> all;
     for (const SixPlanes& solid : solids) {
       Measured& each = all.emplace_back(Measured{view_.corners(solid), about_prism(solid), false, {}});
       each.is_accepted = is_slab(each) || !verdict(each.vertices);
       if (options_.progress) options_.progress("measure", 0.0);
     }
+    // Those that each region looks at.
     std::vector<std::vector<Measured>> near;
     std::size_t passes = all.size();
     for (const FitRegion& region : options_.regions) {
@@ -122,6 +124,7 @@ class Measures {
         if (touches(each.vertices, region.box)) near.back().push_back(each);
       passes += near.back().size();
     }
+    // How far they reach out, in all and in the regions.
     Ticks ticks{options_, 2 * passes};
     measure(all, options_.over, nullptr, ticks);
     Fit fit;

@@ -65,6 +65,7 @@ std::string table_of(const PairSet& set, const std::vector<const BackendRegistry
   measure.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   measure.repetitions = kRepetitions;
   measure.slow_seconds = kSecondsOfARow;
+  // The heading, of more columns where the truth is known.
   std::vector<PairTruth> truth;
   if (oracle != nullptr) truth = compute_truth(set, *oracle, measure.threads);
   std::vector<std::string> header = {"ns a pair", "overlap", "distance", "manifold"};
@@ -72,6 +73,7 @@ std::string table_of(const PairSet& set, const std::vector<const BackendRegistry
     header = {"ns a pair", "overlap",  "wrong", "open", "distance",     "wrong",
               "open",      "manifold", "wrong", "open", "dist error/S", "depth error/S"};
   TextTable table(header);
+  // A row a backend.
   for (BackendAnswers& answers : run_backends(shown, set, measure)) {
     if (oracle == nullptr) {
       table.add(row_of(answers, nullptr));

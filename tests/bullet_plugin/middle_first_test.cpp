@@ -127,6 +127,7 @@ TEST(TOUCHSTONE_SUITE, TheMiddleGoesToWhereTheImpulsesActOnFacesOfAnyShape) {
   for (std::size_t begin = 0; begin < face.size(); ++begin) {  // whichever is found first
     test::CollisionScene scene(false);
     const BulletPlugin plugin(scene.dispatcher, BulletPlugin::Options{EngineCheck::native, nullptr, true});
+    // A prism over this face on a slab.
     std::vector<Vector3> corners;
     for (const double z : {0.0, 1.0})
       for (std::size_t i = 0; i < face.size(); ++i) {
@@ -137,6 +138,7 @@ TEST(TOUCHSTONE_SUITE, TheMiddleGoesToWhereTheImpulsesActOnFacesOfAnyShape) {
     scene.add(test::make_hull(corners), at(0, 0, 0));
     btPersistentManifold& manifold = scene.detect();
     ASSERT_EQ(manifold.getNumContacts(), 4);
+    // Impulses about one place draw the first point to it.
     const btVector3 target(4, test::to_engine(2.8), 0);
     if (!press_at(target, manifold)) continue;
     ++pressed;

@@ -188,6 +188,7 @@ TOUCHSTONE_INLINE void look_at_edges(const HullsOfLanes<Pack>& hulls_a, unsigned
                                      SolidPairLanes<Pack>& pair) {
   using Mask = MaskOf<Pack>;
   const Pack tolerance = all<Pack>(kUncertainSign);
+  // A byte of faces for each edge of A.
   for (unsigned rest = wanted_a; rest != 0; rest &= rest - 1) {
     const int e = __builtin_ctz(rest);
     pose_edge(hulls_a, e, pair.a);
@@ -200,6 +201,7 @@ TOUCHSTONE_INLINE void look_at_edges(const HullsOfLanes<Pack>& hulls_a, unsigned
     }
     pair.above[e] = above, pair.below[e] = below;
   }
+  // A bit of each face for each edge of B.
   for (int f = 0; f < kLaneFaces; ++f) pair.edges_over[f] = Mask{};
   for (unsigned rest = wanted_b; rest != 0; rest &= rest - 1) {
     const int e = __builtin_ctz(rest);

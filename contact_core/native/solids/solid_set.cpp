@@ -189,6 +189,7 @@ std::shared_ptr<const SolidHull> hull_there(const SolidSet& before, std::size_t 
 SolidSet make_set(std::span<const Hexahedron> solids, const SolidSet& before, std::size_t first) {
   const auto is_box = [](const Hexahedron& solid) { return solid.is_box(); };
   const auto is_rounded = [](const Hexahedron& solid) { return solid.is_rounded(); };
+  // Room for what these kinds have.
   const bool only_boxes = std::all_of(solids.begin(), solids.end(), is_box);
   SolidSet out;
   reserve(out, solids.size(), only_boxes);
@@ -196,6 +197,7 @@ SolidSet make_set(std::span<const Hexahedron> solids, const SolidSet& before, st
   SharedHulls shared(out);
   if (std::any_of(solids.begin(), solids.end(), is_rounded))
     for (const Hexahedron& solid : solids) out.radii.push_back(solid.radius());
+  // Each with a hull that is there where there is one.
   for (std::size_t i = 0; i < solids.size(); ++i) {
     const Hexahedron& solid = solids[i];
     const auto fit = only_boxes ? std::nullopt : as_parallelepiped(in_columns(solid), solid.size());

@@ -190,6 +190,7 @@ void add_engines([[maybe_unused]] std::vector<WorldCost>& out) {
 std::vector<WorldCost> measure_worlds() {
   std::vector<WorldCost> out;
   add_build(out);  // first, so that memory is not what was freed before
+  // All move.
   const double frame = frame_ms(kBoxes, {});
   out.push_back({"100 000 moving boxes, a frame of the broadphase", frame, 12, "ms", "sorting and pairing"});
   out.push_back(
@@ -205,6 +206,7 @@ std::vector<WorldCost> measure_worlds() {
                  "times", "by the clock, in which other work counts"});
   out.push_back({"1 000 000 moving boxes over 100 000, the broadphase", frame_ms(10 * kBoxes, {}) / frame, 12,
                  "times", "memory beyond the caches"});
+  // Few move.
   out.push_back({"100 000 boxes of which 1 % move, pairs of what moved with overlap",
                  frame_ms(kBoxes, {.stationary = 0.99, .moved_pairs = true, .overlap = true}), 1, "ms",
                  "a mover costs a query of a cold tree"});
@@ -214,6 +216,7 @@ std::vector<WorldCost> measure_worlds() {
        "a mover costs a query of a cold tree"});
   out.push_back({"1 % move after all did, pairs of what moved, the costliest frame", few_after_many_ms(), 1,
                  "ms", "the trees that the grid stood in for are made anew by shares"});
+  // Engines, and the densest scene.
   add_engines(out);
   out.push_back({"4 000 boxes that all overlap, the broadphase", frame_ms(4000, {.spacing = 0.02}), 60, "ms",
                  "8 million pairs are listed"});

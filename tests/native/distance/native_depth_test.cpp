@@ -274,6 +274,7 @@ struct DepthOf {
 /// Pairs in lanes have the bits of one pair, and place the hulls as place() does.
 void expect_lanes_as_one_pair(const DepthOf& depth, const native::Kernels& kernels,
                               std::span<const native::PairIndices> pairs, std::size_t at_least) {
+  // Pairs of hulls that lanes take.
   std::vector<native::HullTask> tasks;
   for (const native::PairIndices& pair : pairs) {
     const auto record = [&](SolidIndex solid) { return &depth.data.solids[solid].hull->record; };
@@ -288,6 +289,7 @@ void expect_lanes_as_one_pair(const DepthOf& depth, const native::Kernels& kerne
   std::vector<native::PlacedHulls> placed(tasks.size());
   for (std::size_t i = 0; i < tasks.size(); ++i) tasks[i].depth = &records[i], tasks[i].placed = &placed[i];
   kernels.compute_hull_depths(depth.poses(), native::vertex_records(depth.data), tasks.data(), tasks.size());
+  // Depths and placed hulls against those of each pair alone.
   int known = 0;
   for (std::size_t i = 0; i < tasks.size(); ++i) {
     expect_same_bits(depth.hulls(kernels, tasks[i].pair), records[i]);

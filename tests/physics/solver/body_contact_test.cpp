@@ -67,6 +67,7 @@ TEST(BodyContact, VelocitiesAndImpulsesAreThoseOfItsRows) {
   Drawn drawn;
   for (int i = 0; i < 200; ++i) {
     const BodyContacts contacts = drawn.contacts(1 + i % 2, 1 + static_cast<std::size_t>(i) % kLanes);
+    // Velocities, impulses and reach of all lanes at once.
     std::array<double, kRates> V, by_impulse = {}, expected_impulse = {}, reach = {};
     for (double& v : V) v = drawn.number();
     std::array<double, BodyContacts::kRows> x = {}, u = {};
@@ -74,6 +75,7 @@ TEST(BodyContact, VelocitiesAndImpulsesAreThoseOfItsRows) {
     put(along_directions(contacts, relative_velocities(contacts, V.data())), u.data());
     add_impulses(contacts, lanes_at(x.data()), -1.0, by_impulse.data());
     raise_reach(contacts, reach.data());
+    // The same from each contact's rows.
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
       const auto J = rows_of(contacts, lane);
       for (std::size_t r = 0; r < 3; ++r) {

@@ -56,11 +56,13 @@ TEST(ConeProjection, FourSideBySideHaveTheBitsOfEach) {
       for (int k = lane; k < 12; k += 4) y[k] = random() % 8 == 0 ? 0.0 : draw(), d[k] = draw();
       if (random() % 8 == 0) y[lane] = 1.0, y[4 + lane] = friction[lane], y[8 + lane] = 0.0;
     }
+    // Four at once.
     put(project_on_cones(four_at(friction), lanes_at(y)), p);
     put(slopes_of_projection(four_at(friction), lanes_at(y), four_at(factor)), G);
     const ConeSlopes slopes = slopes_along(four_at(friction), lanes_at(y), lanes_at(d));
     put(slopes.projection, slope), put(slopes.change, change);
     put(contact_residuals(four_at(factor), four_at(friction), lanes_at(y), lanes_at(d)), residual);
+    // Each by itself.
     for (int lane = 0; lane < 4; ++lane) {
       const double one_y[3] = {y[lane], y[4 + lane], y[8 + lane]},
                    one_d[3] = {d[lane], d[4 + lane], d[8 + lane]};
@@ -103,6 +105,7 @@ TEST(ConeProjection, WhatIsNotANumberStaysInItsLaneAndIsSeen) {
   const double friction[4] = {0.5, 0.5, 0.5, 0.5}, factor[4] = {1.0, 1.0, 1.0, 1.0};
   const double good[12] = {2.0, 1.0, 0.5, 1.0, 0.5, 1.0, 1.0, 0.25, 0.25, 1.0, 1.0, 0.5};
   for (int bad = 0; bad < 12; ++bad) {
+    // One number of one lane is none.
     double y[12], G[kStiffnessLanes], of_x[4], of_u[4], worse[4], swapped[4];
     std::copy_n(good, 12, y);
     y[bad] = kNaN;
@@ -111,6 +114,7 @@ TEST(ConeProjection, WhatIsNotANumberStaysInItsLaneAndIsSeen) {
     put(by_x, of_x);
     put(contact_residuals(four_at(factor), four_at(friction), lanes_at(good), lanes_at(y)), of_u);
     put(worse_of(by_x, in_all(1.0)), worse), put(worse_of(in_all(1.0), by_x), swapped);
+    // It shows in this lane alone, and wins where the worse is taken.
     for (int lane = 0; lane < 4; ++lane) {
       const bool is_bad = lane == bad % 4;
       EXPECT_EQ(std::isnan(of_x[lane]), is_bad) << bad;
