@@ -1,25 +1,18 @@
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
-#include <array>
 #include <charconv>
-#include <cmath>
 #include <cstdint>
 #include <iostream>
-#include <numbers>
-#include <random>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "touchstone/adapters/all/all_backends.hpp"
-#include "touchstone/contact_core/mechanism/arms/ssrms.hpp"
-#include "touchstone/contact_core/registry.hpp"
 #include "touchstone/contact_core/threads/processor_time.hpp"
-#include "touchstone/contact_core/world/contact_world.hpp"
+#include "touchstone/tests/benchmarks/motion/arm_floor.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
-#include "touchstone/tests/support/degree.hpp"
 
 // One frame of a contact world: the SSRMS-type arm (47 hexahedra) in a scene of 500, policy slide. Rows are
 // backend/phase/frames a second; the arm's joints go at up to 4 deg/s. Phases:
@@ -35,164 +28,20 @@
 // drawn from a seed: pressed by up to 1 deg, all joints to and fro at periods and rates of their own, over
 // tiles at heights that differ by up to 2 mm. `behind` is how far the joints are from their command at the
 // end of a frame, on average [rad].
+//
+// Beside each sliding row, what a part of its frames costs alone (arm_floor.hpp): native_told, a world that
+// is commanded to where the flight went and has to prove that motion only; sweeps_NAME, the engines' own
+// sweeps of the same frames' pairs, from where the arm was to its command and to where it went. `pairs` are
+// the sweeps of a frame, `meets` the share of frames in which a sweep to the command meets something.
 
 namespace touchstone {
 namespace {
 
-constexpr int kTiles = 20;
-constexpr int kOthers = 100;
-
-enum class Phase { free, near, sliding };
-
-struct Case {
-  std::string backend;
-  Phase phase;
-  double rate;             // [frames a second]
-  std::uint64_t seed = 0;  // of a drawn motion; 0: the one above
-};
-
-/// Numbers that are the same with every standard library.
-class Drawing {
- public:
-  explicit Drawing(std::uint64_t seed) : random_(seed) {}
-  double real(double low, double high) {
-    return low + (high - low) * (static_cast<double>(random_() >> 11) * 0x1p-53);
-  }
-
- private:
-  std::mt19937_64 random_;
-};
-
-/// To and fro, never faster than `rate`.
-struct Swing {
-  double rate = 0.0, period = 20.0, phase = 0.0;  // [rad/s], [s], [rad]
-
-  double at(double time) const {
-    const double turns = 2 * std::numbers::pi / period;
-    return rate / turns * (std::sin(turns * time + phase) - std::sin(phase));
-  }
-};
-
-BackendRegistry make_registry() {
-  BackendRegistry registry;
-  register_all_backends(registry);
-  return registry;
-}
-
-std::shared_ptr<const HexahedronTree> box(const std::string& name, const Vector3& size) {
-  return std::make_shared<const HexahedronTree>(
-      std::vector<PlacedHexahedron>{{"box", Hexahedron::from_size(size), Pose{}}}, name);
-}
-
-/// The arm over its scene: shoulder up, elbow down, end effector level, reaching out along x.
-class Flight {
- public:
-  explicit Flight(const Case& wanted)
-      : case_(wanted), drawing_(wanted.seed), arm_(std::make_shared<const Mechanism>(make_ssrms())) {
-    choose_motion();
-    const BackendRegistry registry = make_registry();
-    world_ = std::make_unique<ContactWorld>(registry.make_narrowphase(case_.backend),
-                                            registry.make_broadphase("native"), 1e-9);
-    PairRule slide;
-    slide.policy = ContactPolicy::slide;
-    world_->set_default_rule(slide);
-    handle_ = world_->add_mechanism({arm_, {}, start_});
-    const double below = case_.phase == Phase::free ? 1.5 : 0.05;
-    add_floor(lowest_point() - below);
-    add_others();
-    joints_ = start_;
-    world_->prepare();
-  }
-
-  FrameReport step() {
-    ++frame_;
-    const double time = frame_ / case_.rate;
-    for (std::size_t k = 0; k < joints_.size(); ++k) joints_[k] = start_[k] + swings_[k].at(time);
-    // Pressed down after three seconds.
-    if (case_.phase == Phase::sliding) joints_[2] += std::min(1.0, time / 3.0) * press_;
-    const JointCommand command{handle_, joints_};
-    return world_->frame({}, {&command, 1});
-  }
-
-  int frames_until_settled() const { return static_cast<int>(4 * case_.rate); }
-
-  /// How far the joints are from their command [rad].
-  double behind() const {
-    double sum = 0.0;
-    const std::span<const double> actual = world_->joint_values(handle_);
-    for (std::size_t k = 0; k < joints_.size(); ++k)
-      sum += (joints_[k] - actual[k]) * (joints_[k] - actual[k]);
-    return std::sqrt(sum);
-  }
-
- private:
-  void choose_motion() {
-    constexpr double kRate = 4 * kDegree;
-    swings_[1].rate = swings_[6].rate = kRate;
-    if (case_.phase == Phase::free)
-      for (const std::size_t k : {0, 2, 3, 4, 5}) swings_[k].rate = (k % 2 ? 0.3 : -0.3) * kRate;
-    if (case_.seed == 0) return;
-    for (Swing& swing : swings_)
-      swing = {drawing_.real(-kRate, kRate), drawing_.real(4.0, 20.0),
-               drawing_.real(0.0, 2 * std::numbers::pi)};
-    // Shoulder and elbow would lift it by far.
-    for (const std::size_t k : {2, 3, 4}) swings_[k].rate *= 0.02;
-    press_ = drawing_.real(0.3, 1.0) * kDegree;
-  }
-
-  double lowest_point() const {
-    std::vector<Pose> X_WL(arm_->links().size());
-    arm_->link_poses({}, start_, X_WL);
-    double lowest = 1e9;
-    for (std::uint32_t solid = 0; solid < arm_->solids().size(); ++solid) {
-      const std::uint32_t link = arm_->link_of(solid);
-      if (link != arm_->find_link("tip_lee")) continue;
-      const Pose X = compose(X_WL[link], arm_->placed(solid).X_OS);
-      for (const Vector3& v : arm_->solids()[solid].vertices())
-        lowest = std::min(lowest, transform(X, v).z());
-    }
-    return lowest;
-  }
-
-  void add_floor(double top) {
-    for (int i = 0; i < kTiles; ++i)
-      for (int j = 0; j < kTiles; ++j) {
-        Pose X;
-        const double lower = case_.seed == 0 ? 0.0 : drawing_.real(0.0, 0.002);
-        X.p = {3.5 + i, j - 9.5, top - 0.15 - lower};
-        world_->add({box("tile " + std::to_string(i) + " " + std::to_string(j), {1, 1, 0.3}), X, true});
-      }
-  }
-
-  // Above and around, at least 2 m from where the arm comes.
-  void add_others() {
-    Drawing drawing(1);
-    const auto real = [&](double low, double high) { return drawing.real(low, high); };
-    for (int i = 0; i < kOthers; ++i) {
-      Pose X;
-      X.p = {real(-5, 25), real(-15, 15), real(9, 14)};
-      X.R = rotation_about(Vector3::UnitX(), real(-3, 3));
-      world_->add(
-          {box("box " + std::to_string(i), {real(0.3, 1.5), real(0.3, 1.5), real(0.3, 1.5)}), X, true});
-    }
-  }
-
-  Case case_;
-  Drawing drawing_;
-  std::array<Swing, 7> swings_;
-  double press_ = 0.6 * kDegree;
-  std::shared_ptr<const Mechanism> arm_;
-  std::vector<double> start_ = {0, 0, -30 * kDegree, 60 * kDegree, -30 * kDegree, 0, 0}, joints_;
-  std::unique_ptr<ContactWorld> world_;
-  MechanismHandle handle_;
-  int frame_ = 0;
-};
-
 constexpr int kFlights = 5;
 
 /// Flies the same again, and keeps the lesser time of each frame.
-void fly_again(const Case& wanted, std::vector<double>& times) {
-  Flight flight(wanted);
+void fly_again(const ArmCase& wanted, std::vector<double>& times) {
+  ArmFlight flight(wanted);
   for (int i = 0; i < flight.frames_until_settled(); ++i) flight.step();
   for (double& time : times) {
     const double start = 1e-6 * processor_us();
@@ -207,9 +56,9 @@ double at_share(const std::vector<double>& times, double share) {
                         static_cast<std::size_t>(share * static_cast<double>(times.size())))];
 }
 
-void fly(benchmark::State& state, const Case& wanted) {
+void fly(benchmark::State& state, const ArmCase& wanted) {
   // Frames are timed once the arm slides steadily.
-  Flight flight(wanted);
+  ArmFlight flight(wanted);
   for (int i = 0; i < flight.frames_until_settled(); ++i) flight.step();
   std::vector<double> times;
   times.reserve(static_cast<std::size_t>(state.max_iterations));
@@ -248,7 +97,7 @@ void fly(benchmark::State& state, const Case& wanted) {
   state.counters["behind"] = behind / frames;
 }
 
-void register_run(const Case& wanted, const std::string& label, int frames) {
+void register_run(const ArmCase& wanted, const std::string& label, int frames) {
   const std::string name =
       wanted.backend + "/" + label + "/" + std::to_string(static_cast<int>(wanted.rate)) + "_Hz";
   benchmark::RegisterBenchmark(name.c_str(), [wanted](benchmark::State& state) { fly(state, wanted); })
@@ -256,17 +105,63 @@ void register_run(const Case& wanted, const std::string& label, int frames) {
       ->Unit(benchmark::kMicrosecond);
 }
 
+void set_least(benchmark::State& state, std::vector<double> times) {
+  std::sort(times.begin(), times.end());
+  state.counters["least_median_us"] = 1e6 * at_share(times, 0.5);
+  state.counters["least_p999_us"] = 1e6 * at_share(times, 0.999);
+}
+
+/// The row counts a flight's frames as its iterations; all are timed within the first.
+template <class Measure>
+void register_floor_run(const std::string& what, const ArmCase& wanted, const std::string& label,
+                        Measure measure) {
+  constexpr std::size_t kFrames = 1000;
+  const std::string name = what + "/" + label + "/" + std::to_string(static_cast<int>(wanted.rate)) + "_Hz";
+  benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& state) {
+    measure(state, fly_and_note(wanted, kFrames));
+    while (state.KeepRunning()) {
+    }
+  })->Iterations(kFrames);
+}
+
+/// What parts of a sliding row's frames cost alone.
+void register_floor(const ArmCase& wanted, const std::string& label) {
+  register_floor_run("native_told", wanted, label, [=](benchmark::State& state, const auto& flown) {
+    const ToldFrames told = fly_as_told(wanted, flown, kFlights);
+    set_least(state, told.times);
+    state.counters["calls"] = told.queries;
+    state.counters["steps"] = told.steps;
+  });
+  for (const SweepEntry& entry : all_sweeps()) {
+    if (entry.make()->most_turn() == 0.0) continue;  // it turns nothing
+    const std::string what = "sweeps_" + entry.name;
+    register_floor_run(what, wanted, label, [=](benchmark::State& state, const auto& flown) {
+      const SweptFrames swept = sweep(wanted, flown, entry);
+      set_least(state, swept.times);
+      state.counters["pairs"] = swept.sweeps;
+      state.counters["meets"] = swept.meetings;
+    });
+  }
+}
+
 void register_runs(const std::string& backend, int frames) {
-  const std::pair<const char*, Phase> phases[] = {
-      {"free", Phase::free}, {"near", Phase::near}, {"sliding", Phase::sliding}};
+  const std::pair<const char*, ArmPhase> phases[] = {
+      {"free", ArmPhase::free}, {"near", ArmPhase::near}, {"sliding", ArmPhase::sliding}};
   for (const double rate : {10.0, 1000.0})
-    for (const auto& [label, phase] : phases)
-      register_run({backend, phase, rate}, label, phase == Phase::sliding ? std::min(frames, 1000) : frames);
+    for (const auto& [label, phase] : phases) {
+      const ArmCase wanted{backend, phase, rate};
+      register_run(wanted, label, phase == ArmPhase::sliding ? std::min(frames, 1000) : frames);
+      if (phase == ArmPhase::sliding && backend == "native") register_floor(wanted, label);
+    }
 }
 
 void register_drawn_run(std::uint64_t seed) {
-  for (const double rate : {10.0, 1000.0})
-    register_run({"native", Phase::sliding, rate, seed}, "sliding_" + std::to_string(seed), 1000);
+  const std::string label = "sliding_" + std::to_string(seed);
+  for (const double rate : {10.0, 1000.0}) {
+    const ArmCase wanted{"native", ArmPhase::sliding, rate, seed};
+    register_run(wanted, label, 1000);
+    register_floor(wanted, label);
+  }
 }
 
 /// The arguments that Benchmark left are seeds. @returns false where one is not a seed.
