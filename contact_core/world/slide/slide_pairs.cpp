@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <tuple>
+#include <utility>
 
 #include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/memory/reserve_more.hpp"
@@ -87,11 +88,15 @@ void SlidePairs::reserve_watched(std::size_t watched) {
 std::span<const std::uint32_t> SlidePairs::begin(WorldModel& model, const Sliders& sliders) {
   forget_watches();
   pairs_.clear(), held_.clear(), short_of_pairs_.clear();
-  Travels& travels = model.travels;
-  std::fill(travels.needed.begin(), travels.needed.end(), 0.0);
-  std::fill(travels.needed_object.begin(), travels.needed_object.end(), 0.0);
+  // Of all objects, of which there may be many more than slide: only what an earlier slide has noted.
+  if (std::exchange(has_noted_needs_, false)) {
+    Travels& travels = model.travels;
+    std::fill(travels.needed.begin(), travels.needed.end(), 0.0);
+    std::fill(travels.needed_object.begin(), travels.needed_object.end(), 0.0);
+  }
   for (const Slider& slider : sliders.list) {
     if (slider.arm != nullptr || slider.done) continue;
+    has_noted_needs_ = true;
     model.for_each_member(slider.root, [&](std::uint32_t slot) {
       // The watch takes the last path, gone by now, from its reserve.
       if (needs_more_pairs(model, slider, slot)) short_of_pairs_.push_back(slot);

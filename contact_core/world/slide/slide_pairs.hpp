@@ -129,6 +129,7 @@ class SlidePairs {
   std::vector<std::uint32_t> open_;            // of close_, those of find_impacts() that are asked about
   std::vector<std::uint32_t> watches_;         // within keep_unclear(): of close_
   std::vector<std::uint32_t> short_of_pairs_;  // slots, of begin()
+  bool has_noted_needs_ = false;               // Travels::needed has some, of a slide
 };
 
 /// Takes up in a frame's pairs, which are sorted by solids, what slides looked at and is not known to be
