@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <optional>
 
@@ -305,6 +304,14 @@ void prefetch_general(const SolidSet& set, const SolidPair& pair, bool depth, bo
   prefetch_hull(set, pair.a, depth, faces), prefetch_hull(set, pair.b, depth, faces);
 }
 
+/// Fetches what manifolds of a batch read of a solid's faces.
+void prefetch_faces(const SolidSet& set, SolidIndex solid) {
+  if (const PlainHull* const plain = set.solids[solid].plain)
+    prefetch(plain->normals);
+  else
+    prefetch_hull(set, solid, false, true);
+}
+
 /// Fetches the poses of a pair some iterations ahead: pairs are in no order that hardware could predict.
 void prefetch_poses(const SolidPair& pair, std::span<const Pose> poses) {
   for (const SolidIndex i : {pair.a, pair.b}) {
@@ -449,29 +456,16 @@ bool has_lanes_hull(const SolidSet& set, SolidIndex solid) {
   return hull.face_count == kLaneFaces && hull.edge_count == kLaneEdges;
 }
 
-/// As place(), of vertices that a kernel has placed.
-void take_placed(const SolidSet& set, const SolidPair& solids, const Pose& X_WA, const Pose& X_WB,
-                 const PlacedHulls& hulls, PlacedPair& out) {
-  static_assert(sizeof(WorldVertices) == sizeof hulls.a);
-  PosedPair& pair = out.pair;
-  std::memcpy(&pair.hulls.a, hulls.a, sizeof hulls.a);
-  std::memcpy(&pair.hulls.b, hulls.b, sizeof hulls.b);
-  pair.hulls.extent = hulls.extent;
-  pair.a = &set.solids[solids.a].hull->features, pair.b = &set.solids[solids.b].hull->features;
-  pair.R_WA = X_WA.R, pair.R_WB = X_WB.R;
-  out.origin_W = vector_of(hulls.origin);
-  out.exponent = 0;
-}
-
-/// Writes the contact of two general hexahedra whose depth is complete, about the placed hulls' origin.
+/// Writes the contact of two general hexahedra whose depth is complete, about `origin`.
 void write_hull_contact(const SolidSet& set, const NarrowphaseInput& input, const OrderedPair& pair,
-                        const DepthRecord& depth, const PlacedHulls& hulls, PairGeometry& geometry,
-                        ContactPoint* points) {
+                        const DepthRecord& depth, const Vector3& origin, PairGeometry& geometry,
+                        ContactPoint* points, HullClipBatch& clips) {
   const SignedDistance distance{depth.separation, vector_of(depth.n), vector_of(depth.p_A)};
-  write(pair, distance.separation, distance.n, vector_of(hulls.origin) + distance.p_A, geometry);
+  write(pair, distance.separation, distance.n, origin + distance.p_A, geometry);
   if (points == nullptr) return;
+  if (clips.takes(pair.pair)) return clips.add(pair, distance, true, geometry, points);
   PlacedPair placed;
-  take_placed(set, pair.pair, input.poses[pair.pair.a], input.poses[pair.pair.b], hulls, placed);
+  place(set, pair.pair, input.poses[pair.pair.a], input.poses[pair.pair.b], true, placed);
   write_manifold(placed, distance, pair.swapped, input.query, geometry, points);
 }
 
@@ -510,7 +504,7 @@ void compute_general_depths(const SolidSet& set, const Kernels& kernels, const N
       const PairIndices pair = picked.pairs[first + k];
       tasks[k] = {pair, &set.solids[pair.a].hull->record, &set.solids[pair.b].hull->record,
                   &records.depth[picked.slots[first + k]], &placed[k]};
-      if (faces) prefetch_hull(set, pair.a, false, true), prefetch_hull(set, pair.b, false, true);
+      if (faces) prefetch_faces(set, pair.a), prefetch_faces(set, pair.b);
     }
     kernels.compute_hull_depths(records_of(input.poses), vertex_records(set), tasks.data(), here);
     for (std::size_t k = 0; k < here; ++k)
@@ -541,15 +535,16 @@ void compute_general(const SolidSet& set, const Kernels& kernels, const Narrowph
     compute_hull_distances(set, kernels, input.poses, std::span(batch.pairs).first(batch.count),
                            records.distance.data());
   const bool faces = out.points != nullptr;
+  HullClipBatch clips(set, kernels, input);
   Batch picked;
   pick_for_lanes(set, kernels, input, batch, records, picked);
-  compute_general_depths(set, kernels, input, picked, faces, records,
-                         [&](std::size_t i, const PlacedHulls& hulls) {
-                           const std::size_t slot = batch.slots[i];
-                           write_hull_contact(set, input, pairs[slot], records.depth[i], hulls,
-                                              out.geometry[slot], out.points_of(slot));
-                           out.status[slot] = PairStatus::overlapping;
-                         });
+  compute_general_depths(
+      set, kernels, input, picked, faces, records, [&](std::size_t i, const PlacedHulls& hulls) {
+        const std::size_t slot = batch.slots[i];
+        write_hull_contact(set, input, pairs[slot], records.depth[i], vector_of(hulls.origin),
+                           out.geometry[slot], out.points_of(slot), clips);
+        out.status[slot] = PairStatus::overlapping;
+      });
   // A pair's solids are fetched some pairs before its hulls, which they lead to.
   constexpr std::size_t kSolidsAhead = 6, kHullsAhead = 2;
   for (std::size_t i = 0; i < batch.count; ++i) {
@@ -559,10 +554,26 @@ void compute_general(const SolidSet& set, const Kernels& kernels, const Narrowph
     }
     if (const std::size_t next = i + kHullsAhead; next < batch.count && !is_complete(records.depth[next])) {
       const bool depth = records.distance[next].state != DistanceState::found;
-      if (depth || faces) prefetch_general(set, {batch.pairs[next].a, batch.pairs[next].b}, depth, faces);
+      for (const std::uint32_t solid : {batch.pairs[next].a, batch.pairs[next].b}) {
+        if (depth) prefetch_hull(set, solid, true, false);
+        if (faces) prefetch_faces(set, solid);
+      }
     }
-    if (!is_complete(records.depth[i]))
-      finish(batch.slots[i], records.depth[i], records.distance[i], Certified::unknown);
+    if (is_complete(records.depth[i])) continue;
+    const std::size_t slot = batch.slots[i];
+    const OrderedPair& pair = pairs[slot];
+    const DistanceRecord& distance = records.distance[i];
+    // Pairs apart whose points go in lanes, too.
+    if (faces && distance.state == DistanceState::found && clips.takes(pair.pair)) {
+      write_separated(pair, distance, input, out.geometry[slot]);
+      out.status[slot] = PairStatus::separated;
+      if (distance.separation > input.query.max_separation) continue;
+      const Vector3 p_A = input.poses[pair.pair.a].p + vector_of(distance.from_A);
+      clips.add(pair, {distance.separation, vector_of(distance.n), p_A}, false, out.geometry[slot],
+                out.points_of(slot));
+      continue;
+    }
+    finish(slot, records.depth[i], records.distance[i], Certified::unknown);
   }
 }
 

@@ -120,4 +120,61 @@ void ClipBatch::run() {
   count_ = 0;
 }
 
+HullClipBatch::HullClipBatch(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input)
+    : set_(set), kernels_(kernels), input_(input) {}
+
+bool HullClipBatch::takes(const SolidPair& pair) const {
+  return set_.solids[pair.a].plain != nullptr && set_.solids[pair.b].plain != nullptr;
+}
+
+void HullClipBatch::add(const OrderedPair& pair, const SignedDistance& distance, bool about_origin,
+                        PairGeometry& geometry, ContactPoint* points) {
+  if (count_ == kMost) run();
+  HullClipTask& task = tasks_[count_];
+  for (int k = 0; k < 3; ++k) task.n_separation[k] = distance.n(k);
+  task.n_separation[3] = distance.separation;
+  task.pair = {pair.pair.a, pair.pair.b};
+  task.a = set_.solids[pair.pair.a].plain, task.b = set_.solids[pair.pair.b].plain;
+  pairs_[count_++] = {distance.p_A, about_origin, pair.swapped, &geometry, points};
+}
+
+void HullClipBatch::run() {
+  if (count_ == 0) return;
+  std::array<HullClipRecord, kMost> clipped;
+  kernels_.clip_hulls(records_of(input_.poses), vertex_records(set_), tasks_.data(), count_,
+                      input_.query.max_point_separation, clipped.data());
+  for (std::size_t i = 0; i < count_; ++i) write(i, clipped[i]);
+  count_ = 0;
+}
+
+void HullClipBatch::write(std::size_t i, const HullClipRecord& clipped) const {
+  const HullClipTask& task = tasks_[i];
+  const Pair& pair = pairs_[i];
+  const double* const n = task.n_separation;
+  SignedDistance distance{n[3], {n[0], n[1], n[2]}, pair.p_A};
+  // A pair that does not fit goes alone.
+  if ((clipped.bits >> HullClipBits::kFits & 1u) == 0) {
+    PlacedPair placed;
+    place(set_, {task.pair.a, task.pair.b}, input_.poses[task.pair.a], input_.poses[task.pair.b], true,
+          placed);
+    if (!pair.about_origin) distance.p_A = placed.from_world(distance.p_A);
+    write_manifold(placed, distance, pair.swapped, input_.query, *pair.geometry, pair.points);
+    return;
+  }
+  // The others' points are about A's first vertex.
+  const Vector3 origin = vector_of(clipped.origin);
+  if (!pair.about_origin) distance.p_A = distance.p_A - origin;
+  Manifold manifold;
+  finish_hull_clip(clipped, distance, input_.query.max_point_separation, most_points(input_), pair.swapped,
+                   manifold);
+  pair.geometry->point_count = manifold.count;
+  for (int k = 0; k < manifold.count; ++k) {
+    const ContactPoint& from = manifold.points[k];
+    const std::array<const Vector3*, 2> p = {&from.p_A_W, &from.p_B_W};
+    ContactPoint& to = pair.points[k];
+    to.p_A_W = origin + *p[pair.swapped], to.p_B_W = origin + *p[!pair.swapped];
+    to.separation = from.separation, to.feature_id = from.feature_id;
+  }
+}
+
 }  // namespace touchstone::native

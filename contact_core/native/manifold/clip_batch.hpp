@@ -56,4 +56,40 @@ class ClipBatch {
   std::array<ContactPoint*, kMost> points_;
 };
 
+/// The same for general hexahedra of six plane faces each.
+class HullClipBatch {
+ public:
+  HullClipBatch(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input);
+  ~HullClipBatch() { run(); }
+  HullClipBatch(const HullClipBatch&) = delete;
+  HullClipBatch& operator=(const HullClipBatch&) = delete;
+
+  /// Whether both solids are such ones.
+  bool takes(const SolidPair& pair) const;
+  /// @param distance in the order of `pair`. @param about_origin whether its p_A is about A's first vertex,
+  /// not the world's origin. @param geometry of the caller's pair, written but for its points and within the
+  /// query's reach; kept until these are written, as is `points`.
+  void add(const OrderedPair& pair, const SignedDistance& distance, bool about_origin, PairGeometry& geometry,
+           ContactPoint* points);
+
+ private:
+  void run();
+  void write(std::size_t i, const HullClipRecord& clipped) const;
+
+  static constexpr std::size_t kMost = 32;
+
+  const SolidSet& set_;
+  const Kernels& kernels_;
+  const NarrowphaseInput& input_;
+  std::size_t count_ = 0;
+  struct Pair {
+    Vector3 p_A;
+    bool about_origin, swapped;
+    PairGeometry* geometry;
+    ContactPoint* points;
+  };
+  std::array<HullClipTask, kMost> tasks_;
+  std::array<Pair, kMost> pairs_;
+};
+
 }  // namespace touchstone::native

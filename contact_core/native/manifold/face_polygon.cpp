@@ -7,8 +7,7 @@ namespace {
 
 /// Corners closer than this many u * extent are one corner: the edge between has no direction.
 constexpr double kSameCorner = 32;
-/// Leans closer than this are equal.
-constexpr double kSameLean = 4 * kRoundoff;
+using hull_clip::kSameLean;
 
 struct Corner {
   Vector3 p = Vector3::Zero();

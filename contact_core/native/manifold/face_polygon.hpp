@@ -7,6 +7,7 @@
 #include "touchstone/contact_core/native/common/lanes.hpp"
 #include "touchstone/contact_core/native/common/tangent_frame.hpp"
 #include "touchstone/contact_core/native/distance/distance.hpp"
+#include "touchstone/contact_core/native/simd/kernels.hpp"
 
 // The contact faces of two solids, projected along the contact normal n: plane convex polygons.
 
@@ -65,11 +66,7 @@ inline std::uint8_t edge_label(int k, int count, bool is_b, bool swapped) {
   return static_cast<std::uint8_t>(is_b == swapped ? named : 8 + named);
 }
 
-/// Cosine between a face's normal (either one, of a bent face) and n below which the face counts as its edge
-/// furthest along n.
-inline constexpr double kSteep = 0x1p-3;
-/// Sine of a corner's angle below which it is sharp.
-inline constexpr double kSharp = 0x1p-2;
+using hull_clip::kSharp, hull_clip::kSteep;
 
 /// Finds for each solid the face whose normal is most along n (A) or against it (B); the first of those equal
 /// to rounding.

@@ -12,8 +12,6 @@
 namespace touchstone::native {
 namespace {
 
-/// Points this close to the deepest count as deep, in u * extent.
-constexpr double kAsDeep = 64;
 constexpr std::uint32_t kWitnessId = 0x10000;
 
 /// Contact points in the clip's order.
@@ -23,9 +21,27 @@ struct Points {
   int deepest = 0;  ///< the first of those as deep as the deepest
 };
 
+/// The corners of a kernel's clip: as Clip<4>.
+struct CornersOfLanes {
+  explicit CornersOfLanes(const HullClipRecord& from)
+      : p_x(from.p_x), p_y(from.p_y), p_z(from.p_z), separation(from.separation) {
+    const auto bits_at = [&from](int first, unsigned mask) {
+      return static_cast<unsigned>(from.bits >> first) & mask;
+    };
+    std::array<unsigned, 4> behind;
+    for (int j = 0; j < 4; ++j) behind[j] = bits_at(HullClipBits::kBehind + 4 * j, 0xfu);
+    order =
+        order_edges<4>(4, behind, bits_at(HullClipBits::kLeft, 0xfu), bits_at(HullClipBits::kLeft + 4, 0xfu));
+  }
+
+  Order<4> order;
+  const double *p_x, *p_y, *p_z, *separation;
+  std::array<std::uint8_t, 8> label;
+};
+
 /// Writes the clip's corners as contact points, those further apart than `limit` left out.
-template <int N>
-Points write_corners(const Clip<N>& clip, const SignedDistance& distance, double limit, double tie,
+template <int N, class Corners>
+Points write_corners(const Corners& clip, const SignedDistance& distance, double limit, double tie,
                      std::uint32_t faces, bool swapped, ContactPoint* points) {
   const Vector3 n = distance.n;
   const std::uint32_t first = swapped ? 16 : 1, second = swapped ? 1 : 16;
@@ -33,8 +49,8 @@ Points write_corners(const Clip<N>& clip, const SignedDistance& distance, double
   std::array<double, 2 * N> separations;
   separations.fill(kInfinity);
   double least = limit;
-  std::uint32_t before = clip.label[last_corner(clip)];
-  visit_corners(clip, [&](int edge) {
+  std::uint32_t before = clip.label[last_corner(clip.order)];
+  visit_corners(clip.order, [&](int edge) {
     // No pair of points lies deeper than the pair; what rounding puts below is as deep.
     const double s = clip.separation[edge], separation = s > distance.separation ? s : distance.separation;
     const double on_b = edge < N ? 0.0 : 1.0;
@@ -123,10 +139,33 @@ int finish_clip(const SignedDistance& distance_W, bool swapped, const ClipRecord
   return finish(distance_W, swapped, clipped.deepest >= 0, max_points, of_clip);
 }
 
+void finish_hull_clip(const HullClipRecord& clipped, const SignedDistance& distance,
+                      double max_point_separation, int max_points, bool swapped, Manifold& manifold) {
+  const double tie = clipped.tie, limit = std::max(distance.separation + tie, max_point_separation);
+  Points points{manifold.points.data()};
+  // Most pairs that are apart have no corner within the limit.
+  if ((clipped.bits >> HullClipBits::kNear & 0xffu) != 0) {
+    CornersOfLanes corners(clipped);
+    for (int k = 0; k < 4; ++k) {
+      corners.label[k] = edge_label(k, 4, false, swapped);
+      corners.label[4 + k] = edge_label(k, 4, true, swapped);
+    }
+    for (std::uint64_t rest = clipped.flush; rest != 0; rest &= rest - 1) {
+      const int i = std::countr_zero(rest) % 4, j = 4 + std::countr_zero(rest) / 4;
+      corners.label[swapped ? i : j] = corners.label[swapped ? j : i];
+    }
+    const auto face_a = static_cast<std::uint32_t>(clipped.bits >> HullClipBits::kFaceA & 0xfu);
+    const auto face_b = static_cast<std::uint32_t>(clipped.bits >> HullClipBits::kFaceB & 0xfu);
+    const std::uint32_t faces = 256 * (swapped ? face_b : face_a) + 4096 * (swapped ? face_a : face_b);
+    points = write_corners<4>(corners, distance, limit, tie, faces, swapped, manifold.points.data());
+  }
+  manifold.count = finish(distance, tie, max_points, points);
+}
+
 void make_manifold(const PosedPair& pair, const SignedDistance& distance, double max_point_separation,
                    int max_points, bool swapped, Manifold& manifold) {
   const TangentFrame frame = tangent_frame(distance.n);
-  const double extent = pair.hulls.extent, tie = kAsDeep * kRoundoff * extent;
+  const double extent = pair.hulls.extent, tie = hull_clip::kAsDeep * kRoundoff * extent;
   const double limit = std::max(distance.separation + tie, max_point_separation);  // of NaN: the first
   // The faces that look most along the normal are those in contact.
   ContactFace a, b;
@@ -142,7 +181,7 @@ void make_manifold(const PosedPair& pair, const SignedDistance& distance, double
   if (plain_polygons(pair, frame, a, b, plain_a, plain_b)) {
     Clip<4> common;
     clip(plain_a, plain_b, a, b, extent, common);
-    Points points = write_corners(common, distance, limit, tie, faces, swapped, manifold.points.data());
+    Points points = write_corners<4>(common, distance, limit, tie, faces, swapped, manifold.points.data());
     manifold.count = finish(distance, tie, max_points, points);
     return;
   }
@@ -155,7 +194,7 @@ void make_manifold(const PosedPair& pair, const SignedDistance& distance, double
   else
     common = {};
   std::array<ContactPoint, FlatPolygon::kMost + 1> corners;
-  Points points = write_corners(common, distance, limit, tie, faces, swapped, corners.data());
+  Points points = write_corners<kMostCorners>(common, distance, limit, tie, faces, swapped, corners.data());
   manifold.count = finish(distance, tie, max_points, points);
   std::copy(corners.begin(), corners.begin() + manifold.count, manifold.points.begin());
 }

@@ -83,4 +83,9 @@ void make_manifold(const PosedPair& pair, const SignedDistance& distance, double
 int finish_clip(const SignedDistance& distance_W, bool swapped, const ClipRecord& clipped, int max_points,
                 ContactPoint* points);
 
+/// As make_manifold(), of a pair whose faces clip_hulls has clipped about A's first vertex: the same bits.
+/// @pre its record fits. @param max_point_separation of that call.
+void finish_hull_clip(const HullClipRecord& clipped, const SignedDistance& distance,
+                      double max_point_separation, int max_points, bool swapped, Manifold& manifold);
+
 }  // namespace touchstone::native

@@ -39,20 +39,24 @@ struct Clip {
 
 /// Calls visit(edge) for each corner in order.
 template <int N, class Visit>
-void visit_corners(const Clip<N>& clip, const Visit& visit) {
+void visit_corners(const Order<N>& order, const Visit& visit) {
   for (int w = 0; w < Order<N>::kWords; ++w)
-    for (std::uint64_t word = clip.order.words[w]; word != 0; word &= word - 1)
-      visit(clip.order.edge_at(64 * w + std::countr_zero(word)));
+    for (std::uint64_t word = order.words[w]; word != 0; word &= word - 1)
+      visit(order.edge_at(64 * w + std::countr_zero(word)));
 }
 
 /// The edge of the last corner; any edge when there is none.
 template <int N>
-int last_corner(const Clip<N>& clip) {
+int last_corner(const Order<N>& order) {
   for (int w = Order<N>::kWords - 1; w > 0; --w)
-    if (clip.order.words[w] != 0)
-      return clip.order.edge_at(64 * w + 63 - std::countl_zero(clip.order.words[w]));
-  return clip.order.edge_at(63 - std::countl_zero(clip.order.words[0] | 1u));
+    if (order.words[w] != 0) return order.edge_at(64 * w + 63 - std::countl_zero(order.words[w]));
+  return order.edge_at(63 - std::countl_zero(order.words[0] | 1u));
 }
+
+/// @param behind of each of B's edges: bits of A's edges that turn past it. @param left_a, left_b bits of the
+/// edges that have a corner
+template <int N>
+Order<N> order_edges(int count_b, const std::array<unsigned, N>& behind, unsigned left_a, unsigned left_b);
 
 /// Clips each edge of either polygon against the lines of all edges of the other (Cyrus, Beck 1978), which
 /// needs no branches; the remaining parts of the edges, in the order of their directions, bound the
@@ -68,16 +72,7 @@ void clip(const FacePolygon<N>& a, const FacePolygon<N>& b, const ContactFace& f
 
 namespace clip_detail {
 
-/// Corners this share of the extent apart are one.
-constexpr double kShortest = 0x1p-44;
-/// Parallel edges no further apart than this many u * extent coincide.
-constexpr double kCoincide = 16;
-/// Edges are parallel to rounding when moving one across by the tolerance moves their crossing by more than
-/// this part of the other.
-constexpr double kParallel = 0x1p-20;
-/// The exact test runs from this part on, which includes all flush edges, as 16 u * 8 / kFlushEdges / 12 >
-/// 2^-24.
-constexpr double kNearlyParallel = 0x1p-24;
+using hull_clip::kCoincide, hull_clip::kNearlyParallel, hull_clip::kParallel, hull_clip::kShortest;
 
 /// Bit i: p[i] < 0.
 template <int N>
@@ -220,14 +215,15 @@ void place(const FacePolygon<N>& edges, const Row<N>& from, const FacePlanes& pl
   for (int i = 0; i < N; ++i) out.label[first + i] = edges.label[i];
 }
 
+}  // namespace clip_detail
+
 template <int N>
-Order<N> order(int count_b, const std::array<Row<N>, N>& r, unsigned left_a, unsigned left_b) {
+Order<N> order_edges(int count_b, const std::array<unsigned, N>& behind, unsigned left_a, unsigned left_b) {
   Order<N> out;
   out.count_b = count_b;
   std::array<int, N> group{};
   for (int j = 0; j < count_b; ++j) {
-    const unsigned behind = negative(r[j]);  // A's edges whose direction is past B's edge j
-    const unsigned last = ~behind & (behind >> 1 | behind << (N - 1));
+    const unsigned last = ~behind[j] & (behind[j] >> 1 | behind[j] << (N - 1));
     group[j] = std::countr_zero(last | 1u << (N - 1));
   }
   unsigned falls = 0;  // bit j: the group of B's edge j is below its predecessor's
@@ -240,8 +236,6 @@ Order<N> order(int count_b, const std::array<Row<N>, N>& r, unsigned left_a, uns
   }
   return out;
 }
-
-}  // namespace clip_detail
 
 template <int N>
 void clip(const FacePolygon<N>& a, const FacePolygon<N>& b, const ContactFace& face_a,
@@ -268,8 +262,11 @@ void clip(const FacePolygon<N>& a, const FacePolygon<N>& b, const ContactFace& f
   place<N>(b, of_b.from, face_a.planes, -1.0, N, out);
   if (parallel) join_flush_edges<N>(a, b, r, tolerance, face_a.swapped, out);
   // A constant four where N is 4, so that the loop over B's edges is unrolled.
+  const int count_b = N == 4 ? 4 : b.count;
+  std::array<unsigned, N> behind{};
+  for (int j = 0; j < count_b; ++j) behind[j] = negative(r[j]);
   out.order =
-      order<N>(N == 4 ? 4 : b.count, r, longer(of_a, a.length2, shortest), longer(of_b, b.length2, shortest));
+      order_edges<N>(count_b, behind, longer(of_a, a.length2, shortest), longer(of_b, b.length2, shortest));
 }
 
 }  // namespace touchstone::native

@@ -5,6 +5,7 @@
 #include "touchstone/contact_core/native/simd/box_pair_depth.hpp"
 #include "touchstone/contact_core/native/simd/depth_kernels.hpp"
 #include "touchstone/contact_core/native/simd/distance_kernels.hpp"
+#include "touchstone/contact_core/native/simd/hull_clip_lanes.hpp"
 #include "touchstone/contact_core/native/simd/hull_depth_lanes.hpp"
 #include "touchstone/contact_core/native/simd/hull_distance_kernels.hpp"
 #include "touchstone/contact_core/native/simd/hull_kernels.hpp"
@@ -172,6 +173,11 @@ struct Table {
       clip_inline<Pack, Solid>(poses, shapes, tasks, count, max_point_separation, out);
   }
 
+  static void clip_hulls(const PoseRecord* poses, const VertexRecord* shapes, const HullClipTask* tasks,
+                         std::size_t count, double max_point_separation, HullClipRecord* out) {
+    clip_hulls_inline<Pack>(poses, shapes, tasks, count, max_point_separation, out);
+  }
+
   static constexpr Kernels named(const char* isa) {
     return {
         .isa = isa,
@@ -194,7 +200,8 @@ struct Table {
         .compute_parallelepiped_distances_accurately = compute_distances_accurately<ParallelepipedZonotope>,
         .compute_hull_distances = compute_hull_distances,
         .clip_boxes = clip_boxes,
-        .clip_parallelepipeds = clip<ParallelepipedSolid>};
+        .clip_parallelepipeds = clip<ParallelepipedSolid>,
+        .clip_hulls = clip_hulls};
   }
 };
 

@@ -80,6 +80,13 @@ struct alignas(64) HullRecord {
   HullEdge edges[18];
 };
 
+/// The faces of a solid of six plane quadrangles, in the order of Hexahedron::kFaceVertices.
+struct alignas(64) PlainHull {
+  double normals[3][6];  ///< outward, unit, in the solid's frame: x, y, z
+  double padding[2];     ///< lanes load it, too
+  bool is_plain;         ///< whether the solid is one: else the rest is nothing
+};
+
 /// A posed solid for compute_hull_depth.
 struct HullView {
   const HullRecord* hull;
@@ -171,6 +178,56 @@ struct ClipRecord {
   bool fits;    ///< the rest holds
 };
 
+/// A pair of solids with PlainHulls whose faces are to be clipped, in the order of comes_first().
+struct HullClipTask {
+  double n_separation[4];  ///< as ClipTask's
+  PairIndices pair;
+  const PlainHull *a, *b;
+};
+
+/// Of HullClipRecord::bits.
+struct HullClipBits {
+  static constexpr int kLeft = 0;     ///< eight: an edge of the common region (0-3: A's, 4-7: B's)
+  static constexpr int kNear = 8;     ///< eight: and its corner is within the limit
+  static constexpr int kBehind = 16;  ///< 4 j + i: A's edge i turns past B's edge j
+  static constexpr int kFaceA = 32, kFaceB = 36;  ///< four each: number in Hexahedron::kFaceVertices
+  static constexpr int kFits = 40;                ///< the rest holds
+};
+
+/// The clip of a HullClipTask, as Clip<4> (polygon_clip.hpp), about A's first vertex.
+struct alignas(64) HullClipRecord {
+  double p_x[8], p_y[8], p_z[8], separation[8];  ///< by edge
+  double origin[3];                              ///< in the world
+  double tie;                                    ///< points this close to the deepest are as deep
+  std::uint64_t bits;                            ///< see HullClipBits
+  std::uint64_t flush;                           ///< 4 j + i: A's edge i and B's edge j are flush
+};
+
+/// Rules of manifold.hpp that the kernel shares with scalar code.
+namespace hull_clip {
+
+/// Leans closer than this are equal.
+inline constexpr double kSameLean = 0x1p-51;
+/// Cosine between a face's normal (either one, of a bent face) and n below which the face counts as its edge
+/// furthest along n.
+inline constexpr double kSteep = 0x1p-3;
+/// Sine of a corner's angle below which it is sharp.
+inline constexpr double kSharp = 0x1p-2;
+/// Corners this share of the extent apart are one.
+inline constexpr double kShortest = 0x1p-44;
+/// Parallel edges no further apart than this many u * extent coincide.
+inline constexpr double kCoincide = 16;
+/// Edges are parallel to rounding when moving one across by the tolerance moves their crossing by more than
+/// this part of the other.
+inline constexpr double kParallel = 0x1p-20;
+/// The exact test runs from this part on, which includes all flush edges, as 16 u * 8 / kFlushEdges / 12 >
+/// 2^-24.
+inline constexpr double kNearlyParallel = 0x1p-24;
+/// Points this close to the deepest count as deep, in u * extent.
+inline constexpr double kAsDeep = 64;
+
+}  // namespace hull_clip
+
 /// From A to B, any length.
 struct PairAxis {
   double x, y, z, padding;
@@ -252,6 +309,9 @@ struct Kernels {
   void (*clip_parallelepipeds)(const PoseRecord* poses, const ParallelepipedEdges* shapes,
                                const ClipTask* tasks, std::size_t count, double max_point_separation,
                                ClipRecord* out);
+  /// The same for general hexahedra; pairs that do not fit are left to make_manifold().
+  void (*clip_hulls)(const PoseRecord* poses, const VertexRecord* shapes, const HullClipTask* tasks,
+                     std::size_t count, double max_point_separation, HullClipRecord* out);
 };
 
 /// The instruction sets that this machine runs, the narrowest first.

@@ -124,9 +124,11 @@ template <class Pack>
 struct PlaneAcross {
   Vector3Of<Pack> x, y;
 
-  TOUCHSTONE_INLINE explicit PlaneAcross(const Vector3Of<Pack>& n) {
+  TOUCHSTONE_INLINE explicit PlaneAcross(const Vector3Of<Pack>& n)
+      : PlaneAcross(n, n.z < Pack{} ? -all<Pack>(1.0) : all<Pack>(1.0)) {}
+  /// @param sign 1 or -1, n.z's
+  TOUCHSTONE_INLINE PlaneAcross(const Vector3Of<Pack>& n, Pack sign) {
     const Pack one = all<Pack>(1.0);
-    const Pack sign = n.z < Pack{} ? -one : one;
     const Pack a = -one / (sign + n.z), b = n.x * n.y * a;
     x = {one + sign * (n.x * n.x * a), sign * b, -sign * n.x};
     y = {b, sign + n.y * n.y * a, -n.y};

@@ -424,4 +424,24 @@ SolidFeatures find_features(const Hexahedron& solid, HullRecord* record) {
   return out;
 }
 
+PlainHull plain_hull(const SolidFeatures& features) {
+  PlainHull out{};
+  if (features.face_count != 6) return out;
+  unsigned found = 0;
+  for (int f = 0; f < 6; ++f) {
+    const HullFace& face = features.faces[f];
+    if (face.count != 4 || face.bend != HullFace::kPlane) return out;
+    const auto& quads = Hexahedron::kFaceVertices;
+    const auto* const quad = std::find_if(quads.begin(), quads.end(), [&face](const auto& loop) {
+      return std::equal(loop.begin(), loop.end(), face.vertices.begin());
+    });
+    if (quad == quads.end()) return out;
+    const auto number = quad - quads.begin();
+    found |= 1u << number;
+    for (int k = 0; k < 3; ++k) out.normals[k][number] = face.normal(k);
+  }
+  out.is_plain = found == 0x3fu;
+  return out;
+}
+
 }  // namespace touchstone::native

@@ -52,4 +52,8 @@ struct SolidFeatures {
 /// @param record the same hull for the kernels, or null.
 SolidFeatures find_features(const Hexahedron& solid, HullRecord* record = nullptr);
 
+/// The faces for the kernels, where they are the six that the solid's vertices have in its own order, all
+/// plane.
+PlainHull plain_hull(const SolidFeatures& features);
+
 }  // namespace touchstone::native

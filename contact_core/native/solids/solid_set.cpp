@@ -64,6 +64,7 @@ std::shared_ptr<const SolidHull> make_hull(const Hexahedron& solid) {
   const auto out = std::make_shared<SolidHull>();
   // Flat boxes have the faces and edges of a box: where those are bounded does not count in directions.
   out->features = find_features(is_flat(solid) ? Hexahedron::from_size({1, 1, 1}) : solid, &out->record);
+  out->plain = plain_hull(out->features);
   out->vertices_S = in_columns(solid);
   return out;
 }
@@ -150,11 +151,12 @@ void put(SolidSet& set, std::size_t i, const Hexahedron& solid, SolidKind kind) 
   set.kinds[i] = kind, set.ordinary[i] = ordinary;
   set.boxes[i] = box_record(solid, ordinary);
   set.vertices[i] = ordinary ? in_columns(solid) : not_a_number();
-  set.solids[i] = {solid.size(), norm_inf(solid.bounding_sphere().centre), nullptr};
+  set.solids[i] = {solid.size(), norm_inf(solid.bounding_sphere().centre), nullptr, nullptr};
 }
 
 void set_hull(SolidSet& set, std::size_t i, std::shared_ptr<const SolidHull> hull) {
   set.solids[i].hull = hull.get();
+  set.solids[i].plain = hull->plain.is_plain ? &hull->plain : nullptr;
   set.hulls[i] = std::move(hull);
 }
 

@@ -23,15 +23,17 @@ enum class SolidKind : std::uint8_t {
 
 /// The faces and edges of a solid's hull, for the kernels and for the rest. All boxes have the same.
 struct SolidHull {
+  PlainHull plain;
   HullRecord record;
   SolidFeatures features;
   WorldVertices vertices_S;  ///< only of a solid that is not ordinary
 };
 
 struct SolidData {
-  double size;            ///< largest distance between two vertices [m]
-  double middle;          ///< largest |coordinate| of its bounding box's centre [m]
-  const SolidHull* hull;  ///< never null; SolidSet::hulls keeps it
+  double size;             ///< largest distance between two vertices [m]
+  double middle;           ///< largest |coordinate| of its bounding box's centre [m]
+  const SolidHull* hull;   ///< never null; SolidSet::hulls keeps it
+  const PlainHull* plain;  ///< of that, null where it is none
 };
 
 /// The solids as build() keeps them, one list for each kind of reader: the overlap filters' records stand
