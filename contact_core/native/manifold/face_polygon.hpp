@@ -61,7 +61,7 @@ struct ContactFace {
 
 /// The caller's label of edge k of a polygon of `count`: 0-7 for the caller's first solid, counter-clockwise
 /// seen from outside, 8-15 for its second, clockwise, whichever of them is the check's A.
-inline std::uint8_t edge_label(int k, int count, bool is_b, bool swapped) {
+constexpr std::uint8_t edge_label(int k, int count, bool is_b, bool swapped) {
   const int named = swapped ? (2 * count - 2 - k) % count : k;
   return static_cast<std::uint8_t>(is_b == swapped ? named : 8 + named);
 }

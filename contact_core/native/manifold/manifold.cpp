@@ -39,6 +39,14 @@ struct CornersOfLanes {
   std::array<std::uint8_t, 8> label;
 };
 
+/// The labels of two quadrangles' edges, A's first; and where points are those of (b, a).
+constexpr std::array<std::array<std::uint8_t, 8>, 2> kLabels = [] {
+  std::array<std::array<std::uint8_t, 8>, 2> out{};
+  for (int k = 0; k < 8; ++k)
+    for (const bool swapped : {false, true}) out[swapped][k] = edge_label(k % 4, 4, k >= 4, swapped);
+  return out;
+}();
+
 /// Writes the clip's corners as contact points, those further apart than `limit` left out.
 template <int N, class Corners>
 Points write_corners(const Corners& clip, const SignedDistance& distance, double limit, double tie,
@@ -46,29 +54,34 @@ Points write_corners(const Corners& clip, const SignedDistance& distance, double
   const Vector3 n = distance.n;
   const std::uint32_t first = swapped ? 16 : 1, second = swapped ? 1 : 16;
   Points out{points};
+  // Which corners stay, without a branch that no predictor can guess.
   std::array<double, 2 * N> separations;
-  separations.fill(kInfinity);
+  std::array<std::uint8_t, 2 * N> edges;
   double least = limit;
   std::uint32_t before = clip.label[last_corner(clip.order)];
   visit_corners(clip.order, [&](int edge) {
     // No pair of points lies deeper than the pair; what rounding puts below is as deep.
     const double s = clip.separation[edge], separation = s > distance.separation ? s : distance.separation;
-    const double on_b = edge < N ? 0.0 : 1.0;
-    const double to_a = -on_b * separation, to_b = (1.0 - on_b) * separation;
-    const double x = clip.p_x[edge], y = clip.p_y[edge], z = clip.p_z[edge];
     const std::uint32_t label = clip.label[edge];
-    ContactPoint& point = points[out.count];
-    point.p_A_W = {x + to_a * n.x(), y + to_a * n.y(), z + to_a * n.z()};
-    point.p_B_W = {x + to_b * n.x(), y + to_b * n.y(), z + to_b * n.z()};
-    point.separation = separations[out.count] = separation;
-    point.feature_id = (1 + first * before + second * label) + faces;
+    separations[out.count] = separation, edges[out.count] = static_cast<std::uint8_t>(edge);
+    points[out.count].feature_id = (1 + first * before + second * label) + faces;
     const bool keep = (separation <= limit) & (label != before);
     least = keep && separation < least ? separation : least;
     out.count += keep ? 1 : 0;
     before = label;
   });
+  // Their points.
   unsigned deep = 0;
-  for (int k = 0; k < out.count; ++k) deep |= (separations[k] <= least + tie ? 1u : 0u) << k;
+  for (int k = 0; k < out.count; ++k) {
+    const double separation = separations[k], on_b = edges[k] < N ? 0.0 : 1.0;
+    const double to_a = -on_b * separation, to_b = (1.0 - on_b) * separation;
+    const double x = clip.p_x[edges[k]], y = clip.p_y[edges[k]], z = clip.p_z[edges[k]];
+    ContactPoint& point = points[k];
+    point.p_A_W = {x + to_a * n.x(), y + to_a * n.y(), z + to_a * n.z()};
+    point.p_B_W = {x + to_b * n.x(), y + to_b * n.y(), z + to_b * n.z()};
+    point.separation = separation;
+    deep |= (separation <= least + tie ? 1u : 0u) << k;
+  }
   out.deepest = out.count > 0 ? std::countr_zero(deep) : 0;
   return out;
 }
@@ -146,10 +159,7 @@ void finish_hull_clip(const HullClipRecord& clipped, const SignedDistance& dista
   // Most pairs that are apart have no corner within the limit.
   if ((clipped.bits >> HullClipBits::kNear & 0xffu) != 0) {
     CornersOfLanes corners(clipped);
-    for (int k = 0; k < 4; ++k) {
-      corners.label[k] = edge_label(k, 4, false, swapped);
-      corners.label[4 + k] = edge_label(k, 4, true, swapped);
-    }
+    corners.label = kLabels[swapped];
     for (std::uint64_t rest = clipped.flush; rest != 0; rest &= rest - 1) {
       const int i = std::countr_zero(rest) % 4, j = 4 + std::countr_zero(rest) / 4;
       corners.label[swapped ? i : j] = corners.label[swapped ? j : i];

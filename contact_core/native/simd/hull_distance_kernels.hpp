@@ -212,37 +212,72 @@ struct Nearest {
 };
 
 /// The nearest point of the tetrahedron of s and w. @param holds_origin set where the origin is inside.
-template <class Pack>
+/// @tparam kDistinct how many corners of s may differ, the first of them: of equal ones the first counts, and
+/// what has no extent holds nothing, so the bits are those of three.
+template <int kDistinct, class Pack>
 TOUCHSTONE_INLINE Nearest<Pack> nearest_with(const Vector3Of<Pack>& w, const Corner<Pack> (&s)[3],
                                              MaskOf<Pack>& holds_origin) {
   const Pack zero{};
   Nearest<Pack> best{w, dot(w, w), {}};
   Vector3Of<Pack> e[3], moment[3];
-  for (int i = 0; i < 3; ++i) {
+  for (int i = 0; i < kDistinct; ++i) {
     e[i] = s[i].w - w;
     moment[i] = cross(w, e[i]);
     const Pack length2 = dot(e[i], e[i]), along = -dot(w, e[i]);
     const Pack square = dot(moment[i], moment[i]) / length2;
     best.consider((along > zero) & (along < length2), square, w + (along / length2) * e[i], i, i);
   }
+  holds_origin = MaskOf<Pack>{};
+  // One face of two corners and w, three of three.
+  constexpr int kFaces = kDistinct == 3 ? 3 : kDistinct - 1;
   Pack height[3], volume{};
-  for (int i = 0; i < 3; ++i) {
+  for (int i = 0; i < kFaces; ++i) {
     const int j = (i + 1) % 3;
     const Vector3Of<Pack> n = cross(e[i], e[j]);
     height[i] = dot(w, n);
-    if (i == 0) volume = dot(e[2], n);
+    if (i == 0 && kDistinct == 3) volume = dot(e[2], n);
     const Pack n_square = dot(n, n);
     const Pack part_j = dot(moment[i], n), part_i = -dot(moment[j], n);
     const Pack share = height[i] / n_square;
     best.consider((part_i > zero) & (part_j > zero) & (part_i + part_j < n_square), share * height[i],
                   share * n, i, j);
   }
-  // -w = sum of x_i e_i with x_i * volume = -height of the face across from s_i.
-  const Pack sum_x = -((height[0] + height[1]) + height[2]);
-  const Pack low = -greatest(greatest(height[0], height[1]), height[2]);
-  const Pack high = -least(least(height[0], height[1]), height[2]);
-  holds_origin = ((low > zero) & (sum_x < volume)) | ((high < zero) & (sum_x > volume));
+  if constexpr (kDistinct == 3) {
+    // -w = sum of x_i e_i with x_i * volume = -height of the face across from s_i.
+    const Pack sum_x = -((height[0] + height[1]) + height[2]);
+    const Pack low = -greatest(greatest(height[0], height[1]), height[2]);
+    const Pack high = -least(least(height[0], height[1]), height[2]);
+    holds_origin = ((low > zero) & (sum_x < volume)) | ((high < zero) & (sum_x > volume));
+  }
   return best;
+}
+
+/// One step of the lanes that are open. @tparam kDistinct as nearest_with() has it
+template <int kDistinct, class Pair, class Pack>
+TOUCHSTONE_INLINE void search_step(const Pair& pair, Pack tolerance, Search<Pack>& search, MaskOf<Pack>& open,
+                                   MaskOf<Pack>& found) {
+  using Mask = MaskOf<Pack>;
+  // Ends a lane where no vertex of W is nearer than its point, or none is new.
+  Corner<Pack> corner;
+  const Pack gap = search.square - least_along(pair, search.v, corner);
+  Mask ends = (gap <= Pack{}) | (gap * gap <= (tolerance * tolerance) * search.square);
+  for (int i = 0; i < kDistinct; ++i) ends |= same(corner.w, search.s[i].w);
+  found |= open & ends;
+  open &= ~ends;
+  if (!bits(open)) return;
+  // Else the simplex takes the vertex in.
+  Mask holds_origin;
+  const Nearest<Pack> next = nearest_with<kDistinct>(corner.w, search.s, holds_origin);
+  open &= ~holds_origin;
+  const Mask nearer = next.square < search.square;
+  found |= open & ~nearer;
+  open &= nearer;
+  search.v = select(open, next.v, search.v);
+  search.square = select(open, next.square, search.square);
+  for (int i = 0; i < 3; ++i) {
+    const Mask replaced = open & ~next.has[i];
+    search.s[i] = {select(replaced, corner.w, search.s[i].w), select(replaced, corner.a, search.s[i].a)};
+  }
 }
 
 /// Lanes where it ended with a point of W nearest the origin, to rounding.
@@ -259,29 +294,11 @@ TOUCHSTONE_INLINE MaskOf<Pack> search_nearest(const Pair& pair, Search<Pack>& se
   search.square = dot(corner.w, corner.w);
   const Pack tolerance = all<Pack>(kSearchRoundoffs * kU) * pair.extent;
   Mask open = pair.ordinary, found{};
-  // Ends a lane where no vertex of W is nearer than its point, or none is new.
-  for (int step = 0; step < kSearchSteps; ++step) {
-    const Pack gap = search.square - least_along(pair, search.v, corner);
-    const Mask level = (gap <= Pack{}) | (gap * gap <= (tolerance * tolerance) * search.square);
-    const Mask known =
-        same(corner.w, search.s[0].w) | same(corner.w, search.s[1].w) | same(corner.w, search.s[2].w);
-    found |= open & (level | known);
-    open &= ~(level | known);
-    if (!bits(open)) break;
-    // Else the simplex takes the vertex in.
-    Mask holds_origin;
-    const Nearest<Pack> next = nearest_with(corner.w, search.s, holds_origin);
-    open &= ~holds_origin;
-    const Mask nearer = next.square < search.square;
-    found |= open & ~nearer;
-    open &= nearer;
-    search.v = select(open, next.v, search.v);
-    search.square = select(open, next.square, search.square);
-    for (int i = 0; i < 3; ++i) {
-      const Mask replaced = open & ~next.has[i];
-      search.s[i] = {select(replaced, corner.w, search.s[i].w), select(replaced, corner.a, search.s[i].a)};
-    }
-  }
+  // The simplex is a point first, and then two at most.
+  search_step<1>(pair, tolerance, search, open, found);
+  if (bits(open)) search_step<2>(pair, tolerance, search, open, found);
+  for (int step = 2; step < kSearchSteps && bits(open); ++step)
+    search_step<3>(pair, tolerance, search, open, found);
   return found;
 }
 

@@ -347,6 +347,51 @@ TEST(NativeManifoldAccuracy, KernelFindsThePointsAndIdsOfTheScalarCode) {
   EXPECT_GT(points, 4 * pairs);
 }
 
+/// General blocks that cross, and such on each other, flush to up to 1e-7 in any frame.
+AllPairs crossing_and_flush_blocks(Random& random, int count) {
+  AllPairs scene;
+  const auto add = [&scene](const PairOfSolids& pair) {
+    const auto first = static_cast<SolidIndex>(scene.solids.size());
+    scene.solids.insert(scene.solids.end(), {pair.a, pair.b});
+    scene.poses.insert(scene.poses.end(), {pair.X_WA, pair.X_WB});
+    scene.pairs.push_back({first, first + 1});
+  };
+  constexpr std::array<double, 5> kMotions = {0.0, 1e-15, 1e-9, 1e-8, 1e-7};
+  for (int i = 0; i < count; ++i) {
+    const Hexahedron block = random.tapered();
+    add(crossing(random, block, random.tapered(), 1));
+    const double height = block.vertices()[7].z() - block.vertices()[0].z();
+    add(nearly_flush(random, block, height, block, random.pose(1), kMotions[i % 5]));
+  }
+  return scene;
+}
+
+// Lanes clip the faces of general hexahedra, and leave corners' order and names to scalar code.
+TEST(NativeManifoldAccuracy, GeneralPairsOfABatchHaveThePointsOfSinglePairs) {
+  Random random(28);
+  const AllPairs scene = crossing_and_flush_blocks(random, 1000);
+  const auto native = make_native();
+  native->build(scene.solids);
+  int points = 0;
+  for (Query query : {whole_clip(), Query{.kind = QueryKind::manifold},
+                      Query{.kind = QueryKind::manifold, .max_separation = 0.1, .max_points = 4}}) {
+    const Answers together = ask(*native, scene.pairs, scene.poses, query);
+    for (std::size_t i = 0; i < scene.pairs.size(); ++i) {
+      const Answer alone = ask(*native, scene.poses, query, scene.pairs[i]);
+      ASSERT_EQ(together.status[i], alone.status) << i;
+      ASSERT_EQ(together.geometry[i].point_count, alone.geometry.point_count) << i;
+      for (std::size_t k = 0; k < alone.points.size(); ++k, ++points) {
+        const ContactPoint& point = together.points[static_cast<std::size_t>(query.max_points) * i + k];
+        ASSERT_EQ(point.p_A_W, alone.points[k].p_A_W) << i;
+        ASSERT_EQ(point.p_B_W, alone.points[k].p_B_W) << i;
+        ASSERT_EQ(point.separation, alone.points[k].separation) << i;
+        ASSERT_EQ(point.feature_id, alone.points[k].feature_id) << i;
+      }
+    }
+  }
+  EXPECT_GT(points, 10000);
+}
+
 /// The id of the same corner, for whom A and B are exchanged: see edge_label().
 std::uint32_t exchanged(std::uint32_t id) {
   if (id == 0x10000) return id;
