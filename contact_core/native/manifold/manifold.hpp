@@ -16,7 +16,8 @@ struct Manifold {
 
 /// The manifold of a pair of hexahedra that the kernels for boxes and parallelepipeds do not take: those clip
 /// one pair of boxes in simd/box_pair_clip.hpp, many pairs in simd/manifold_kernels.hpp, led by
-/// clip_batch.hpp.
+/// clip_batch.hpp. Of a batch's pairs whose solids have six plane faces each, simd/hull_clip_lanes.hpp takes
+/// the same steps in lanes, and finish_hull_clip() the rest.
 ///
 /// The face of each hull whose normal is most along n (A) and against n (B), seen along n and clipped against
 /// each other (polygon_clip.hpp). Each corner of the clip lies on an edge of one face; carried along n onto
