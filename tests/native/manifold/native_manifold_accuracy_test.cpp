@@ -362,6 +362,10 @@ AllPairs crossing_and_flush_blocks(Random& random, int count) {
     add(crossing(random, block, random.tapered(), 1));
     const double height = block.vertices()[7].z() - block.vertices()[0].z();
     add(nearly_flush(random, block, height, block, random.pose(1), kMotions[i % 5]));
+    // Base on base, so that their edges coincide.
+    PairOfSolids bases = nearly_flush(random, block, -height, block, random.pose(1), kMotions[i % 5]);
+    for (int k : {1, 2}) bases.X_WB.R.col(k) = -bases.X_WB.R.col(k);
+    add(bases);
   }
   return scene;
 }
