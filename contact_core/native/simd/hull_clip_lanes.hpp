@@ -40,6 +40,7 @@ TOUCHSTONE_INLINE void choose_plain_face(const double* const (&hulls)[Traits<Pac
                                          const Vector3Of<Pack> (&column)[3], const Vector3Of<Pack>& n,
                                          const VertexLanes<Pack>& v, PlainFaceLanes<Pack>& out) {
   using Mask = MaskOf<Pack>;
+  // n and the normals in the solid's frame.
   Pack local[20];
   gather(hulls, local);
   Vector3Of<Pack> N[3];
@@ -114,6 +115,7 @@ TOUCHSTONE_INLINE FourParts<Pack> cut_quad(const QuadLanes<Pack>& edges, const Q
                                            const Pack (&r)[4][4], const ParallelLanes<Pack>& parallel) {
   using Mask = MaskOf<Pack>;
   const Pack zero{}, one = all<Pack>(1.0);
+  // Every edge begins whole, and each line of the other face cuts it.
   FourParts<Pack> out;
   for (int i = 0; i < 4; ++i) out.from[i] = zero, out.to[i] = one;
   for (int k = 0; k < 4; ++k) {
@@ -122,6 +124,7 @@ TOUCHSTONE_INLINE FourParts<Pack> cut_quad(const QuadLanes<Pack>& edges, const Q
     for (int i = 0; i < 4; ++i) {
       const Pack crossing = kOfA ? r[k][i] : r[i][k];
       Pack side = lx * (edges.y[i] - lines.y[k]) - ly * (edges.x[i] - lines.x[k]);
+      // Rounding decides the side of edges along a line, so these get slack.
       if constexpr (kAnyParallel) {
         const Pack slack = parallel.tolerance * (magnitude(ex) + magnitude(ey));
         const Pack part = slack * crossing;
@@ -131,6 +134,7 @@ TOUCHSTONE_INLINE FourParts<Pack> cut_quad(const QuadLanes<Pack>& edges, const Q
         const Pack moved = side + select(aligned, kOfA ? slack : -slack, of_parallel);
         side = select(parallel.any, moved, side);
       }
+      // The part inside runs from the last entry to the first exit.
       const Pack t = side * crossing;
       const Mask enters = kOfA ? crossing < zero : crossing >= zero;
       out.from[i] = greatest(select(enters, t, zero), out.from[i]);
@@ -186,6 +190,7 @@ TOUCHSTONE_INLINE void place_corners(const QuadLanes<Pack>& quad, const FourPart
                                      const PlainFaceLanes<Pack>& other, Pack least_separation, Pack limit,
                                      Pack shortest2, const ClipsOfLanes<Pack>& tasks, LaneBits<Pack>& left) {
   constexpr int kFirst = kIsB ? 4 : 0;
+  // The corners, how far the other face is there, and which are left.
   const Pack steepness = kIsB ? -other.inverse : other.inverse;
   Vector3Of<Pack> p[4];
   Pack separation[4];
@@ -200,6 +205,7 @@ TOUCHSTONE_INLINE void place_corners(const QuadLanes<Pack>& quad, const FourPart
     left.add(is_left, HullClipBits::kLeft + kFirst + i);
     left.add(is_left & (separation[i] <= limit), HullClipBits::kNear + kFirst + i);
   }
+  // To each lane's record.
   double *x[Traits<Pack>::lanes], *y[Traits<Pack>::lanes], *z[Traits<Pack>::lanes], *s[Traits<Pack>::lanes];
   for (int l = 0; l < Traits<Pack>::lanes; ++l) {
     HullClipRecord& record = *tasks.out[l];
@@ -211,67 +217,95 @@ TOUCHSTONE_INLINE void place_corners(const QuadLanes<Pack>& quad, const FourPart
   scatter(px, x), scatter(py, y), scatter(pz, z), scatter(separation, s);
 }
 
+/// Both solids about A's first vertex, and their contact faces.
 template <class Pack>
-TOUCHSTONE_INLINE void clip_hulls_lanes(const PoseRecord* poses, const VertexRecord* shapes,
-                                        const ClipsOfLanes<Pack>& tasks, double max_point_separation) {
+struct FacesOfLanes {
+  Vector3Of<Pack> n, origin;
+  Pack separation, extent;
+  PlainFaceLanes<Pack> a, b;
+  MaskOf<Pack> fits;
+};
+
+template <class Pack>
+TOUCHSTONE_INLINE void place_faces(const PoseRecord* poses, const VertexRecord* shapes,
+                                   const ClipsOfLanes<Pack>& tasks, FacesOfLanes<Pack>& out) {
   constexpr int kLanes = Traits<Pack>::lanes;
-  // Both solids about A's first vertex, and their contact faces.
   const double *poses_a[kLanes], *poses_b[kLanes], *shapes_a[kLanes], *shapes_b[kLanes];
   for (int l = 0; l < kLanes; ++l) {
     poses_a[l] = poses[tasks.pair[l].a].R, poses_b[l] = poses[tasks.pair[l].b].R;
     shapes_a[l] = shapes[tasks.pair[l].a].x, shapes_b[l] = shapes[tasks.pair[l].b].x;
   }
+  // The vertices.
   const PoseLanes<Pack> X_WA = gather_poses<Pack>(poses_a), X_WB = gather_poses<Pack>(poses_b);
   VertexLanes<Pack> v_a, v_b;
-  Pack reach{}, extent{}, n_separation[4];
+  Pack reach{}, n_separation[4];
   place_vertices<Pack>(shapes_a, X_WA, &X_WA.p, reach, v_a);
   place_vertices<Pack>(shapes_b, X_WB, &X_WB.p, reach, v_b);
-  const Vector3Of<Pack> origin = vertex_of(v_a, 0);
-  shift(origin, v_a, extent), shift(origin, v_b, extent);
+  out.origin = vertex_of(v_a, 0);
+  out.extent = Pack{};
+  shift(out.origin, v_a, out.extent), shift(out.origin, v_b, out.extent);
+  // The faces, seen along n.
   gather(tasks.n_separation, n_separation);
-  const Vector3Of<Pack> n = {n_separation[0], n_separation[1], n_separation[2]};
-  PlainFaceLanes<Pack> a, b;
-  choose_plain_face<false>(tasks.hulls_a, X_WA.column, n, v_a, a);
-  choose_plain_face<true>(tasks.hulls_b, X_WB.column, n, v_b, b);
-  const PlaneAcross<Pack> across(n, with_sign_of(all<Pack>(1.0), n.z));
-  MaskOf<Pack> fits = a.fits & b.fits;
-  fits &= project_quad(across, a.quad);
-  fits &= project_quad(across, b.quad);
+  out.n = {n_separation[0], n_separation[1], n_separation[2]};
+  out.separation = n_separation[3];
+  choose_plain_face<false>(tasks.hulls_a, X_WA.column, out.n, v_a, out.a);
+  choose_plain_face<true>(tasks.hulls_b, X_WB.column, out.n, v_b, out.b);
+  const PlaneAcross<Pack> across(out.n, with_sign_of(all<Pack>(1.0), out.n.z));
+  out.fits = out.a.fits & out.b.fits;
+  out.fits &= project_quad(across, out.a.quad);
+  out.fits &= project_quad(across, out.b.quad);
+}
 
-  // Where their edges cross, and which part of each is left.
-  const Pack tolerance = all<Pack>(hull_clip::kCoincide * kU) * extent;
-  const Pack bound = all<Pack>(hull_clip::kNearlyParallel) / (tolerance * (all<Pack>(8.0) * extent));
+/// The parts of both faces' edges that are left. @param flush see flush_edges()
+template <class Pack>
+TOUCHSTONE_INLINE void cut_faces(const FacesOfLanes<Pack>& faces, FourParts<Pack>& of_a,
+                                 FourParts<Pack>& of_b, MaskOf<Pack>& flush, LaneBits<Pack>& words) {
+  const QuadLanes<Pack>&a = faces.a.quad, &b = faces.b.quad;
+  const Pack tolerance = all<Pack>(hull_clip::kCoincide * kU) * faces.extent;
+  const Pack bound = all<Pack>(hull_clip::kNearlyParallel) / (tolerance * (all<Pack>(8.0) * faces.extent));
+  // Where each edge of A crosses each of B.
   Pack r[4][4], steepest{};
-  LaneBits<Pack> words;
   for (int j = 0; j < 4; ++j) {
     for (int i = 0; i < 4; ++i) {
-      const Pack turn = a.quad.edge_x[i] * b.quad.edge_y[j] - a.quad.edge_y[i] * b.quad.edge_x[j];
+      const Pack turn = a.edge_x[i] * b.edge_y[j] - a.edge_y[i] * b.edge_x[j];
       r[j][i] = all<Pack>(1.0) / (turn + Pack{});
       steepest = greatest(magnitude(r[j][i]), steepest);
       words.add(r[j][i] < Pack{}, HullClipBits::kBehind + 4 * j + i);
     }
   }
+  // Few pairs have edges that are nearly parallel.
   const ParallelLanes<Pack> parallel = {tolerance, steepest > bound};
-  FourParts<Pack> of_a, of_b;
-  MaskOf<Pack> flush{};
+  flush = MaskOf<Pack>{};
   if (bits(parallel.any) != 0) {
-    of_a = cut_quad<true, true>(a.quad, b.quad, r, parallel);
-    of_b = cut_quad<false, true>(b.quad, a.quad, r, parallel);
-    flush = flush_edges(a.quad, b.quad, r, tolerance) & parallel.any;
+    of_a = cut_quad<true, true>(a, b, r, parallel);
+    of_b = cut_quad<false, true>(b, a, r, parallel);
+    flush = flush_edges(a, b, r, tolerance) & parallel.any;
   } else {
-    of_a = cut_quad<true, false>(a.quad, b.quad, r, parallel);
-    of_b = cut_quad<false, false>(b.quad, a.quad, r, parallel);
+    of_a = cut_quad<true, false>(a, b, r, parallel);
+    of_b = cut_quad<false, false>(b, a, r, parallel);
   }
+}
 
+template <class Pack>
+TOUCHSTONE_INLINE void clip_hulls_lanes(const PoseRecord* poses, const VertexRecord* shapes,
+                                        const ClipsOfLanes<Pack>& tasks, double max_point_separation) {
+  constexpr int kLanes = Traits<Pack>::lanes;
+  // The faces, and what is left of their edges.
+  FacesOfLanes<Pack> faces;
+  place_faces(poses, shapes, tasks, faces);
+  LaneBits<Pack> words;
+  FourParts<Pack> of_a, of_b;
+  MaskOf<Pack> flush;
+  cut_faces(faces, of_a, of_b, flush, words);
   // The corners.
-  const Pack tie = all<Pack>(hull_clip::kAsDeep * kU) * extent;
-  const Pack limit = greatest(all<Pack>(max_point_separation), n_separation[3] + tie);
-  const Pack shortest = all<Pack>(hull_clip::kShortest) * extent, shortest2 = shortest * shortest;
-  place_corners<false>(a.quad, of_a, b, n_separation[3], limit, shortest2, tasks, words);
-  place_corners<true>(b.quad, of_b, a, n_separation[3], limit, shortest2, tasks, words);
-  words.add(fits, HullClipBits::kFits);
-  words.words |= (a.number << HullClipBits::kFaceA) | (b.number << HullClipBits::kFaceB);
-
+  const Pack tie = all<Pack>(hull_clip::kAsDeep * kU) * faces.extent;
+  const Pack limit = greatest(all<Pack>(max_point_separation), faces.separation + tie);
+  const Pack shortest = all<Pack>(hull_clip::kShortest) * faces.extent, shortest2 = shortest * shortest;
+  place_corners<false>(faces.a.quad, of_a, faces.b, faces.separation, limit, shortest2, tasks, words);
+  place_corners<true>(faces.b.quad, of_b, faces.a, faces.separation, limit, shortest2, tasks, words);
+  words.add(faces.fits, HullClipBits::kFits);
+  words.words |= (faces.a.number << HullClipBits::kFaceA) | (faces.b.number << HullClipBits::kFaceB);
+  // The rest of the records.
   double* rest[kLanes];
   for (int l = 0; l < kLanes; ++l) {
     HullClipRecord& record = *tasks.out[l];
@@ -281,7 +315,7 @@ TOUCHSTONE_INLINE void clip_hulls_lanes(const PoseRecord* poses, const VertexRec
   }
   static_assert(__builtin_offsetof(HullClipRecord, tie) ==
                 __builtin_offsetof(HullClipRecord, origin) + 3 * sizeof(double));
-  const Pack placed[4] = {origin.x, origin.y, origin.z, tie};
+  const Pack placed[4] = {faces.origin.x, faces.origin.y, faces.origin.z, tie};
   scatter(placed, rest);
 }
 
