@@ -54,6 +54,8 @@ class BoxEngine {
   /// Finds contacts and steps; the time of both is measured.
   virtual void step() = 0;
   virtual BoxMotion motion(std::size_t box) const = 0;
+  /// Contact points of the last step, those among them that its check lists before solids touch.
+  virtual std::size_t points() const = 0;
   /// Remarks on the steps so far, in the engine's words; may be empty.
   virtual std::string remarks() const { return {}; }
   /// Remarks on one step, counted from 0; may be empty.

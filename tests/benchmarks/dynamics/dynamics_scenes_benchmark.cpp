@@ -5,15 +5,17 @@
 // Each scene whose name has one of the parts (separated by '|'; `=NAME`: is NAME; `drawn:` and `strange:`
 // scenes only where a part is given) with each engine (own,
 // bullet, ode, mujoco; default: all that are built in), each with its own check: processor time of a step
-// (median, 99.9 %, most), the most as a multiple of Bullet's median of that scene, the fastest box at the
-// end, the fastest over the second half, the farthest from where it started (boxes that are to stay), the
-// most that energy rose above the least so far. Cut short at SECONDS of processor time a run (default 60),
-// which is said. STEPS: so many instead of the scene's own. REPEATS: a step's time is the least of so many
-// runs, which leaves out what else the machine did; whether they came to the same bits is said. Each engine
-// has a process of its own: one that ends it is a row of the table. Of ours the step that took most is
-// described; WORST: the same of so many steps that took most, below the table's row, each with the page
-// faults of its last run. SEED: of the scenes that are drawn; no constant is to be chosen by seeds that a
-// page reports.
+// (median, 99.9 %, most), the most as a multiple of Bullet's median of that scene, the share of the engine's
+// steps that have contact points, the most as a multiple of Bullet's median of its own steps that have some
+// (where a solid that is squeezed has been shot out, the median of all is that of an empty scene), the
+// fastest box at the end, the fastest over the second half, the farthest from where it started (boxes that
+// are to stay), the most that energy rose above the least so far. Cut short at SECONDS of processor time a
+// run (default 60), which is said. STEPS: so many instead of the scene's own. REPEATS: a step's time is the
+// least of so many runs, which leaves out what else the machine did; whether they came to the same bits is
+// said. Each engine has a process of its own: one that ends it is a row of the table. Of ours the step that
+// took most is described; WORST: the same of so many steps that took most, below the table's row, each with
+// the page faults of its last run. SEED: of the scenes that are drawn; no constant is to be chosen by seeds
+// that a page reports.
 
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -68,6 +70,7 @@ Moment moment_of(const BoxScene& scene, const BoxEngine& engine) {
 /// The outcome of a run, as its process passes it on.
 struct Row {
   double median = 0.0, late = 0.0, most = 0.0;  ///< [us]
+  double meeting = 0.0, meeting_median = 0.0;   ///< steps with contact points: their share; 0: none [us]
   double speed = 0.0, late_speed = 0.0;         ///< [m/s]
   double drift = 0.0, gained = 0.0;             ///< [m], [J]
   char engine[16] = "", remarks[512] = "";
@@ -84,10 +87,11 @@ long page_faults() {
   return getrusage(RUSAGE_SELF, &usage) == 0 ? usage.ru_minflt : 0;
 }
 
-/// Of each step: time the least of the runs, page faults those of the last one.
+/// Of each step: time the least of the runs, page faults those of the last one, points of the first.
 struct StepCosts {
   std::vector<double> times;  ///< [us]
   std::vector<long> faults;
+  std::vector<std::size_t> points;
 };
 
 void write_text(const std::string& text, char* to, std::size_t size) {
@@ -121,6 +125,7 @@ Vector3 run(const BoxScene& scene, BoxEngine& engine, const Limits& limits, Step
     }
     times.push_back(time);
     costs.faults.push_back(faults);
+    costs.points.push_back(engine.points());
     now = moment_of(scene, engine);
     row.gained = std::max(row.gained, now.energy - least);
     least = std::min(least, now.energy);
@@ -154,6 +159,18 @@ void describe_worst(const StepCosts& costs, const BoxEngine& engine, std::size_t
                row.remarks, sizeof(row.remarks));
 }
 
+/// To the row: times of all steps and of those that have contact points.
+void summarise(const StepCosts& costs, Row& row) {
+  std::vector<double> all = costs.times, meeting;
+  for (std::size_t i = 0; i < costs.points.size(); ++i)
+    if (costs.points[i] > 0) meeting.push_back(costs.times[i]);
+  std::sort(all.begin(), all.end());
+  std::sort(meeting.begin(), meeting.end());
+  row.median = quantile(all, 0.5), row.late = quantile(all, 0.999), row.most = all.back();
+  row.meeting = static_cast<double>(meeting.size()) / static_cast<double>(all.size());
+  if (!meeting.empty()) row.meeting_median = quantile(meeting, 0.5);
+}
+
 using MakeEngine = std::function<std::unique_ptr<BoxEngine>(const BoxScene&)>;
 
 /// @return nothing: the engine is not built in.
@@ -171,9 +188,7 @@ std::optional<Row> measure(const BoxScene& scene, const MakeEngine& make, const 
     if (repeat + 1 == limits.repeats)
       describe_worst(costs, *engine, static_cast<std::size_t>(limits.worst), row);
   }
-  std::vector<double>& times = costs.times;
-  std::sort(times.begin(), times.end());
-  row.median = quantile(times, 0.5), row.late = quantile(times, 0.999), row.most = times.back();
+  summarise(costs, row);
   if (!is_same)
     write_text(std::string(row.remarks) + " (other bits when repeated)", row.remarks, sizeof(row.remarks));
   return row;
@@ -215,14 +230,16 @@ Row measure_apart(const BoxScene& scene, const char* name, const MakeEngine& mak
   return row;
 }
 
-/// @param bullet_median [us]; 0: not measured
-void print(const BoxScene& scene, const Row& row, double bullet_median) {
+/// @param bullet its row; nothing measured: not there
+void print(const BoxScene& scene, const Row& row, const Row& bullet) {
   std::printf("| %s | %s | ", scene.name.c_str(), row.engine);
   if (row.median > 0.0)
     std::printf("%.1f | %.1f | %.1f | ", row.median, row.late, row.most);
   else
     std::printf("| | | ");
-  if (bullet_median > 0.0 && row.median > 0.0) std::printf("%.1f", row.most / bullet_median);
+  if (bullet.median > 0.0 && row.median > 0.0) std::printf("%.1f", row.most / bullet.median);
+  std::printf(" | %.0f | ", 100.0 * row.meeting);
+  if (bullet.meeting_median > 0.0 && row.median > 0.0) std::printf("%.1f", row.most / bullet.meeting_median);
   std::printf(" | %.1e | %.1e | ", row.speed, row.late_speed);
   if (scene.is_placed) std::printf("%.1e", row.drift);
   std::printf(" | %.1e | %s |\n", row.gained, row.remarks);
@@ -252,15 +269,15 @@ void compare(const BoxScene& scene, std::string_view engines, const Limits& limi
   const Engine all[] = {
       {"own", make_own}, {"bullet", make_bullet}, {"ode", make_ode}, {"mujoco", make_mujoco}};
   std::vector<Row> rows;
-  double bullet_median = 0.0;
+  Row bullet;
   for (const Engine& engine : all) {
     if (!has(engines, engine.name)) continue;
     const Row row = measure_apart(scene, engine.name, engine.make, limits);
     if (row.engine[0] == '\0') continue;
-    if (std::string_view(engine.name) == "bullet") bullet_median = row.median;
+    if (std::string_view(engine.name) == "bullet") bullet = row;
     rows.push_back(row);
   }
-  for (const Row& row : rows) print(scene, row, bullet_median);
+  for (const Row& row : rows) print(scene, row, bullet);
 }
 
 }  // namespace
@@ -275,9 +292,10 @@ int main(int argc, char** argv) {
   if (argc > 6) limits.worst = std::max(0, std::atoi(argv[6]));
   const unsigned seed = argc > 7 ? static_cast<unsigned>(std::atoi(argv[7])) : kDrawnSeed;
   std::printf(
-      "| scene | engine | median [us] | 99.9 %% | most | most over Bullet's median | at the end [m/s] | "
-      "second "
-      "half | drift [m] | gained [J] | |\n|---|---|---|---|---|---|---|---|---|---|---|\n");
+      "| scene | engine | median [us] | 99.9 %% | most | most over Bullet's median | with contacts [%%] | "
+      "most over Bullet's median with contacts | at the end [m/s] | second half | drift [m] | gained [J] | "
+      "|\n"
+      "|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   std::fflush(stdout);
   for (const BoxScene& scene : box_scenes(seed))
     if (has_any(scene.name, parts) && !(parts.empty() && is_drawn(scene.name)))

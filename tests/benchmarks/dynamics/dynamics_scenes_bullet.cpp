@@ -43,6 +43,12 @@ class Bullet final : public BoxEngine {
     return {vector_of(body.getWorldTransform().getOrigin()), vector_of(body.getLinearVelocity()),
             vector_of(body.getAngularVelocity())};
   }
+  std::size_t points() const override {
+    std::size_t count = 0;
+    for (int i = 0; i < dispatcher_.getNumManifolds(); ++i)
+      count += static_cast<std::size_t>(dispatcher_.getManifoldByIndexInternal(i)->getNumContacts());
+    return count;
+  }
 
  private:
   void add(const SceneBox& box, const BoxScene& scene) {

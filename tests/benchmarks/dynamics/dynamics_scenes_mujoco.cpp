@@ -80,6 +80,7 @@ class MuJoCo final : public BoxEngine {
     mj_deleteModel(model_);
   }
   const char* name() const override { return "MuJoCo"; }
+  std::size_t points() const override { return static_cast<std::size_t>(data_->ncon); }
   void step() override {
     for (std::size_t i = 0; i < mocap_.size(); ++i) {
       const SceneBox& box = scene_->boxes[i];

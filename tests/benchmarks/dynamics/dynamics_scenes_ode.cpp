@@ -35,6 +35,7 @@ class Ode final : public BoxEngine {
   void step() override {
     for (std::size_t i = 0; i < forces_.size(); ++i)
       if (bodies_[i] != nullptr) dBodyAddForce(bodies_[i], forces_[i].x(), forces_[i].y(), forces_[i].z());
+    points_ = 0;
     dSpaceCollide(space_, this, &Ode::meet);
     dWorldQuickStep(world_, step_);
     dJointGroupEmpty(contacts_);
@@ -46,6 +47,7 @@ class Ode final : public BoxEngine {
     return {vector(dBodyGetPosition(body)), vector(dBodyGetLinearVel(body)),
             vector(dBodyGetAngularVel(body))};
   }
+  std::size_t points() const override { return points_; }
 
  private:
   void add(const SceneBox& box) {
@@ -77,6 +79,7 @@ class Ode final : public BoxEngine {
     if (is_commanded(body_a) && is_commanded(body_b)) return;
     dContact points[kMostPoints];
     const int count = dCollide(a, b, kMostPoints, &points[0].geom, sizeof(dContact));
+    points_ += static_cast<std::size_t>(count);
     for (int i = 0; i < count; ++i) {
       points[i].surface.mode = dContactApprox1;
       points[i].surface.mu = friction_;
@@ -85,6 +88,7 @@ class Ode final : public BoxEngine {
   }
 
   double step_, friction_;
+  std::size_t points_ = 0;
   dWorldID world_;
   dSpaceID space_;
   dJointGroupID contacts_;

@@ -41,6 +41,7 @@ class Own final : public BoxEngine {
       world_->push(Mover::of_body(push.body), push.force_W, world_->pose(push.body).p);
     const std::span<const physics::Contact> contacts = contacts_->find(*world_, step_);
     const auto report = world_->step(step_, contacts);
+    points_ = contacts.size();
     if (log_.size() < log_.capacity()) log_.push_back({report, static_cast<std::uint32_t>(contacts.size())});
     solves_ += report.solves;
     unconverged_ += report.unconverged;
@@ -53,6 +54,7 @@ class Own final : public BoxEngine {
     const auto body = static_cast<std::uint32_t>(box);
     return {world_->pose(body).p, world_->velocity(body), world_->angular_velocity(body)};
   }
+  std::size_t points() const override { return points_; }
   std::string remarks() const override {
     return std::to_string(unconverged_) + " of " + std::to_string(solves_) + " solves unconverged, " +
            std::to_string(contradictory_) + " contradictory, work ended in " + std::to_string(spent_) +
@@ -102,6 +104,7 @@ class Own final : public BoxEngine {
   static constexpr std::size_t kMostLogged = 1 << 17;
 
   double step_;
+  std::size_t points_ = 0;
   BackendRegistry registry_;
   std::vector<std::unique_ptr<HexahedronTree>> trees_;
   std::unique_ptr<physics::NarrowphaseContacts> contacts_;
