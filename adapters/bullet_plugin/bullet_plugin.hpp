@@ -28,8 +28,10 @@
 /// A contact begins when the solids (with their margins) touch, and goes on while they are apart by less than
 /// the contact breaking threshold along much the same normal (45 degrees): a non-empty manifold is not
 /// overlap. So it is with the engine's box check; its hull check also begins contacts across that gap, with
-/// the normal of the gap, and a box that slides over flush neighbours catches on their sides. Closest-point
-/// queries get what is within the threshold plus the one asked for.
+/// the normal of the gap, and a box that slides over flush neighbours catches on their sides. The first time
+/// that a pair is looked at it also touches where rounding alone (8 ulps) may have it apart, as it has every
+/// other pair of a stack that a program puts together. Closest-point queries get what is within the threshold
+/// plus the one asked for.
 ///
 /// Persistence. At most 4 points: the deepest, and of all choices of the others the one with the largest
 /// area. Each step they are found anew; a point made by the same features as one of the last step is that

@@ -32,7 +32,8 @@ void fetch_end(const btPersistentManifold& manifold) {
   __builtin_prefetch(reinterpret_cast<const std::byte*>(&manifold + 1) - 1);
 }
 
-/// How far the engine's rounding of the two positions, half an ulp each, may have moved the bodies along n.
+/// How far the engine's rounding of the two positions, half an ulp each, may have moved the bodies along n;
+/// all ones: along any.
 double position_rounding(const ObjectPair& objects, const Vector3& n) {
   const btVector3 &p_a = objects.a.getWorldTransform().getOrigin(),
                   &p_b = objects.b.getWorldTransform().getOrigin();
@@ -114,8 +115,14 @@ bool HexahedronAlgorithm::keeps_manifold(const btCollisionObjectWrapper& a,
   return own_body0_ == a.getCollisionObject() && typeid(result) == typeid(btManifoldResult);
 }
 
-bool HexahedronAlgorithm::goes_on(const native::PairAnswer& answer, btScalar separation) const {
-  if (separation <= btScalar(0)) return true;
+double HexahedronAlgorithm::touching(const ObjectPair& objects, double margins) const {
+  constexpr double kUlps = 8.0;  // of a place that is the sum of a few lengths
+  if (!is_new_) return 0.0;
+  return kUlps * (position_rounding(objects, Vector3::Ones()) +
+                  static_cast<double>(std::numeric_limits<btScalar>::epsilon()) * margins);
+}
+
+bool HexahedronAlgorithm::goes_on(const native::PairAnswer& answer) const {
   if (manifold_->getNumContacts() == 0) return false;
   const Vector3 before = from_engine(manifold_->getContactPoint(0).m_normalWorldOnB);
   return -dot(before, answer.geometry.n_AB_W) >= kSameNormal;
@@ -137,14 +144,17 @@ std::size_t HexahedronAlgorithm::find_points(const ObjectPair& objects, const bt
     // Pairs that newly come near are Bullet's to find only when they touch; their points then are all that
     // Bullet would keep, so that a block that a solver tilted holds its corners from the first step on.
     const btScalar kept = keeps ? manifold_->getContactBreakingThreshold() : limit;
-    const Query query{QueryKind::manifold, margins + (may_be_apart ? limit : 0.0), MANIFOLD_CACHE_SIZE,
-                      margins + kept};
+    const double touch = keeps ? touching(objects, margins) : 0.0;
+    const Query query{QueryKind::manifold, margins + (may_be_apart ? static_cast<double>(limit) : touch),
+                      MANIFOLD_CACHE_SIZE, margins + kept};
     state_->store->compute_manifold(solids_[0], from_engine(objects.a.getWorldTransform()), solids_[1],
                                     from_engine(objects.b.getWorldTransform()), query, answer);
-    const btScalar separation = to_engine(answer.geometry.separation - margins);
-    if (!keeps || threshold > 0 || (answer.geometry.point_count > 0 && goes_on(answer, separation)))
+    const double separation = answer.geometry.separation - margins;
+    if (!keeps || threshold > 0 ||
+        (answer.geometry.point_count > 0 && (separation <= touch || goes_on(answer))))
       count = write_points(answer, margin_a, margin_b, kept,
                            keeps ? position_rounding(objects, answer.geometry.n_AB_W) : 0.0, points);
+    is_new_ = false;
   }
   if (PairObserver* const observer = state_->observer.load(std::memory_order_relaxed))
     observe_ours(objects, *state_->store, solids_, answer, *observer);

@@ -45,8 +45,11 @@ class HexahedronAlgorithm final : public btCollisionAlgorithm {
   bool hold_shapes(const btCollisionShape& a, const btCollisionShape& b);
   /// Whether the points are for our own manifold alone.
   bool keeps_manifold(const btCollisionObjectWrapper& a, const btManifoldResult& result) const;
-  /// Whether a pair at this distance is in contact: begun at touching, gone on with while apart.
-  bool goes_on(const native::PairAnswer& answer, btScalar separation) const;
+  /// The distance at which contact begins: 0, but for a pair that has just been put together, where rounding
+  /// may have apart what its program placed to touch: a stack would begin with a fall, step for step.
+  double touching(const ObjectPair& objects, double margins) const;
+  /// Whether the contact of a pair that is apart goes on.
+  bool goes_on(const native::PairAnswer& answer) const;
   std::size_t find_points(const ObjectPair& objects, const btManifoldResult& result,
                           std::span<FoundPoint, MANIFOLD_CACHE_SIZE> points);
 
@@ -56,6 +59,7 @@ class HexahedronAlgorithm final : public btCollisionAlgorithm {
   const btCollisionObject* own_body0_ = nullptr;  ///< the manifold's, where that is ours; else null
   PartingFace parting_face_;
   ManifoldFeatures features_;  ///< their count is the manifold's after each update
+  bool is_new_ = true;         ///< not looked at so far
   bool is_shown_ = false;      ///< since the last update: whoever has it may have put points in
   native::SolidHandle solids_[2];
 };

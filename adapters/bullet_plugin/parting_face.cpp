@@ -1,13 +1,17 @@
 #include "touchstone/adapters/bullet_plugin/parting_face.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace touchstone::TOUCHSTONE_BULLET_NAMESPACE {
 namespace {
 
 /// Of the sum of all lengths that a gap is made from. Some thirty operations round, each by at most half an
-/// epsilon of that sum, in Bullet's precision where its matrices and in double where ours go on.
-constexpr double kRounding = 0x1p-45;
+/// epsilon of that sum, in Bullet's precision where its matrices and in double where ours go on; within it is
+/// all at which a contact may begin (HexahedronAlgorithm::touching).
+constexpr double kRounding =
+    std::max(0x1p-45, 8.0 * static_cast<double>(std::numeric_limits<btScalar>::epsilon()));
 
 /// A box in doubles: columns of its matrix, half its sides.
 struct Block {

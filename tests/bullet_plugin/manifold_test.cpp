@@ -25,6 +25,26 @@ TEST(TOUCHSTONE_SUITE, AContactBeginsAtTouchingAndGoesOnToTheBreakingThreshold) 
   EXPECT_EQ(scene.detect().getNumContacts(), 0);
 }
 
+// Sums of sizes round: boxes and hulls with a margin that a program stacks to touch are apart by 1e-17 m.
+TEST(TOUCHSTONE_SUITE, WhatIsPutTogetherTouchesThoughRoundingHasItApart) {
+  constexpr int kCount = 40;
+  for (const double margin : {0.0, 0.04}) {
+    CollisionScene scene(true);
+    const Hexahedron cube = Hexahedron::from_size({0.2, 0.2, 0.2});
+    for (int i = 0; i < kCount; ++i) {
+      const Pose X = at(0.1, 0, (0.2 + 2 * margin) * (i + 0.5));
+      scene.add(margin > 0 ? std::unique_ptr<btCollisionShape>(make_hull(cube.vertices(), margin))
+                           : make_box(0.2, 0.2, 0.2),
+                X);
+    }
+    scene.detect();
+    int touching = 0;
+    for (int m = 0; m < scene.dispatcher.getNumManifolds(); ++m)
+      touching += scene.dispatcher.getManifoldByIndexInternal(m)->getNumContacts() == 4 ? 1 : 0;
+    EXPECT_EQ(touching, kCount - 1) << margin;
+  }
+}
+
 TEST(TOUCHSTONE_SUITE, PointsThatAnotherResultPutIntoTheManifoldAreFoundAnew) {
   struct OthersResult final : btManifoldResult {
     using btManifoldResult::btManifoldResult;
