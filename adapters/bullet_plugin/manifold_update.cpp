@@ -195,7 +195,9 @@ std::optional<Weights> weights_at(const btVector3& place, const Corners& corners
 /// turning it; four corners, taken one after the other, turn it to and fro, and few iterations leave some of
 /// that in every step. (The engine's hull check begins at the faces' middles, too.) It begins in the middle
 /// and goes half of the way to the centre of the last step's impulses at each update: the corners are left
-/// little to do then, and in whole ways it swings.
+/// little to do then, and in whole ways it swings. The points keep the normal of the last update while it
+/// turns by next to nothing: faces that rock by 1e-5 rad under few iterations push what rests on them to one
+/// side.
 class Supported {
  public:
   Supported(const ObjectPair& objects, std::span<const FoundPoint> found,
@@ -214,28 +216,50 @@ class Supported {
     const auto is_deeper = [](const FoundPoint& a, const FoundPoint& b) { return a.distance < b.distance; };
     *std::max_element(points_.begin(), points_.end(), is_deeper) = points_[0];
     points_[0] = middle;
+    keep_normal(objects, manifold, before);
   }
 
   std::span<const FoundPoint> points() const { return {points_.data(), count_}; }
   bool has_middle() const { return has_middle_; }
 
  private:
-  /// Whether the middle's two places came apart along the faces since the last update, by more than a
-  /// hundredth of the breaking threshold: friction off the middle would turn what slides.
+  /// What rests may shift by, between two updates or by its faces' turning: a hundredth of the breaking
+  /// threshold.
+  static btScalar least_way(const btPersistentManifold& manifold) {
+    return btScalar(0.01) * manifold.getContactBreakingThreshold();
+  }
+
+  static bool had_middle(const btPersistentManifold& manifold, const ManifoldFeatures& before) {
+    return before.count == MANIFOLD_CACHE_SIZE && before.ids[0] == kMiddle &&
+           manifold.getNumContacts() == before.count;
+  }
+
+  /// Whether the middle's two places came apart along the faces since the last update by more than
+  /// least_way(): friction off the middle would turn what slides.
   bool slides(const ObjectPair& objects, const btPersistentManifold& manifold) const {
     const btManifoldPoint& last = manifold.getContactPoint(0);
     const btVector3 apart = objects.a.getCollisionObject()->getWorldTransform() * last.m_localPointA -
                             objects.b.getCollisionObject()->getWorldTransform() * last.m_localPointB;
     const btVector3& n = points_[0].normal_on_B;
-    const btScalar least = btScalar(0.01) * manifold.getContactBreakingThreshold();
+    const btScalar least = least_way(manifold);
     return (apart - apart.dot(n) * n).length2() > least * least;
+  }
+
+  /// Where the faces would come by less than least_way() as they turn to the normal found.
+  void keep_normal(const ObjectPair& objects, const btPersistentManifold& manifold,
+                   const ManifoldFeatures& before) {
+    if (!had_middle(manifold, before) || slides(objects, manifold)) return;
+    const btVector3& kept = manifold.getContactPoint(0).m_normalWorldOnB;
+    const btScalar turn2 = (kept - points_[0].normal_on_B).length2(), least = least_way(manifold);
+    for (const FoundPoint& point : points_)
+      if ((point.point_on_B - points_[0].point_on_B).length2() * turn2 > least * least) return;
+    for (FoundPoint& point : points_) point.normal_on_B = kept;
   }
 
   Weights weights_of_middle(const ObjectPair& objects, const btPersistentManifold& manifold,
                             const ManifoldFeatures& before) const {
     constexpr Weights kEqual = {btScalar(0.25), btScalar(0.25), btScalar(0.25), btScalar(0.25)};
-    const bool has_one = before.count == MANIFOLD_CACHE_SIZE && before.ids[0] == kMiddle;
-    if (!has_one || manifold.getNumContacts() != before.count || slides(objects, manifold)) return kEqual;
+    if (!had_middle(manifold, before) || slides(objects, manifold)) return kEqual;
     btVector3 moment(0, 0, 0);
     btScalar impulse = 0;
     for (int k = 0; k < before.count; ++k) {

@@ -98,6 +98,7 @@ TEST(TOUCHSTONE_SUITE, TheMiddleFirstCreepsLessWithFewIterations) {
                 stack.count, stack.size, stack.iterations, stack.rate, own, corners, middle);
     // In single precision rounding is what is left.
     EXPECT_LT(middle, corners / (sizeof(btScalar) == sizeof(double) ? 10.0 : 1.0));
+    EXPECT_LE(middle, own);
   }
 }
 
@@ -149,6 +150,36 @@ TEST(TOUCHSTONE_SUITE, TheMiddleGoesToWhereTheImpulsesActOnFacesOfAnyShape) {
     EXPECT_LT((manifold.getContactPoint(0).m_positionWorldOnB - target).length(), 1e-3) << begin;
   }
   EXPECT_GT(pressed, 0);
+}
+
+// Faces that rock under few iterations would push what rests on them to one side.
+TEST(TOUCHSTONE_SUITE, TheMiddleKeepsItsNormalWhileTheFacesHardlyTurn) {
+  test::CollisionScene scene(false);
+  const BulletPlugin plugin(scene.dispatcher, BulletPlugin::Options{EngineCheck::native, nullptr, true});
+  scene.add(test::make_box(4, 4, 1), at(0, 0, -0.5));
+  btCollisionObject& cube = scene.add(test::make_box(1, 1, 1), at(0, 0, 0.5));
+  const auto normal_at = [&](double turn, double x) {
+    btTransform X = cube.getWorldTransform();
+    X.setRotation(btQuaternion(btVector3(0, 1, 0), test::to_engine(turn)));
+    X.setOrigin(btVector3(test::to_engine(x), 0, test::to_engine(0.4999)));
+    cube.setWorldTransform(X);
+    return scene.detect().getContactPoint(0).m_normalWorldOnB;
+  };
+  const btVector3 level = normal_at(0, 0);
+  // Both turn: the plate's face has the normal.
+  btCollisionObject& plate = *scene.objects[0];
+  const auto turn_plate = [&](double turn) {
+    btTransform X = plate.getWorldTransform();
+    X.setRotation(btQuaternion(btVector3(0, 1, 0), test::to_engine(turn)));
+    plate.setWorldTransform(X);
+  };
+  turn_plate(1e-5);
+  EXPECT_EQ(normal_at(1e-5, 0), level);
+  // Beyond a hundredth of the breaking threshold, and of what slides, it is the faces'.
+  EXPECT_NE(normal_at(1e-5, 0.01), level);
+  turn_plate(1e-3);
+  const btVector3 turned = normal_at(1e-3, 0.01);
+  EXPECT_NEAR(std::abs(static_cast<double>(turned.x())), 1e-3, 1e-5);
 }
 
 }  // namespace
