@@ -10,16 +10,18 @@
 ///
 /// How a scene is modelled. Bodies at their centre of mass along principal axes, boxes as box geoms, other
 /// hexahedra as meshes (whose vertices MuJoCo keeps as floats: off by 1e-7 of the mesh's size). Elliptic
-/// cones, Newton's method, MuJoCo's default softness (solref 0.02 s, impratio 1). Brakes are
-/// `dof_frictionloss`, torques are applied to the joint, stops are its range.
+/// cones, Newton's method, MuJoCo's default softness (solref 0.02 s, impratio 1) of contacts and stops.
+/// Brakes are `dof_frictionloss`, as hard as MuJoCo lets them be (within two steps, impedance 0.9999): with
+/// the default softness a load of four fifths of its limit took one away with 14 mrad/s. Torques are applied
+/// to the joint, stops are its range.
 ///
-/// Errors of MuJoCo's method. Contacts, stops and brakes are soft: what rests sinks in, what
-/// leans on friction creeps. Steps are semi-implicit Euler: after t a body in free fall is g h t / 2 lower
-/// than the parabola. A link's principal moment below 1e-6 of its largest is raised to that. Impacts are not
-/// distinguished from forces, stops within a step are not located.
+/// Errors of MuJoCo's method. Contacts and stops are soft: what rests sinks in, what leans on friction
+/// creeps. Steps are semi-implicit Euler: after t a body in free fall is g h t / 2 lower than the parabola. A
+/// link's principal moment below 1e-6 of its largest is raised to that. Impacts are not distinguished from
+/// forces, stops within a step are not located.
 ///
 /// Joints between bodies are equality constraints `connect`, one of a ball, two of a hinge, three of a fixed
-/// one, as hard as MuJoCo lets them be (within two steps, impedance 0.9999); a hinge's torque acts both ways.
+/// one, as hard as brakes; a hinge's torque acts both ways.
 /// Loops may be closed, bases free. Refused by name: sliders, stops, motors, losses of such joints.
 ///
 /// Back in time: a snapshot is all of mjData, and what follows restore() has the same bits. Bodies that are

@@ -148,7 +148,8 @@ class Writer {
     if (std::isfinite(source.lower) || std::isfinite(source.upper))
       out_ << " limited='true' range='" << std::max(source.lower, -kFar) << ' '
            << std::min(source.upper, kFar) << "'";
-    out_ << "/>";
+    // A brake as hard as joints between bodies: with MuJoCo's default softness it lets its load sink.
+    out_ << " solreffriction='" << hardest_solref() << "' solimpfriction='" << kHardest << "'/>";
   }
 
   /// The links that joints hang on a body; kNone: on the ground.
@@ -167,7 +168,15 @@ class Writer {
     out_ << "</contact>";
   }
 
-  /// As hard as MuJoCo holds them: within two steps, at its largest impedance.
+  /// As hard as MuJoCo holds a constraint: within two steps, at its largest impedance.
+  static constexpr std::string_view kHardest = "0.9999 0.9999 0.001 0.5 2";
+  std::string hardest_solref() const {
+    std::ostringstream text;
+    text.precision(17);
+    text << 2.0 * scene_.scene().step << " 1";
+    return text.str();
+  }
+
   void write_body_joints() {
     const auto joints = scene_.body_joints();
     if (joints.empty()) return;
@@ -178,8 +187,8 @@ class Writer {
       for (std::size_t k = 0; k < points.size(); ++k) {
         out_ << "<connect name='" << connect_name(j, k) << "' body1='b" << joints[j].child << "'";
         if (joints[j].parent != EngineScene::kNone) out_ << " body2='b" << joints[j].parent << "'";
-        out_ << " anchor='" << Triple{transform(X_CW, points[k])} << "' solref='" << 2.0 * scene_.scene().step
-             << " 1' solimp='0.9999 0.9999 0.001 0.5 2'/>";
+        out_ << " anchor='" << Triple{transform(X_CW, points[k])} << "' solref='" << hardest_solref()
+             << "' solimp='" << kHardest << "'/>";
       }
     }
     out_ << "</equality>";
