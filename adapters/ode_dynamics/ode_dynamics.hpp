@@ -28,10 +28,12 @@
 /// Features: `ode_direct` the usual ones and joints between bodies (torque and rate drives, brakes and stops;
 /// the child must move), `ode` all but these, arms and latches: its sweeps do not converge on joints between
 /// unequal masses. Hexahedra that are no boxes with `native` alone (ODE's own check of convexes ends in
-/// numbers that are none). Stops further than pi from a joint's start are refused. ode_direct fails a step
-/// where ODE reports that its method broke down (LCP internal error). It did so where contacts repeat each
-/// other to the bit, as the corners of a box at rest do with our check, so that pivots tie: ODE gets each of
-/// ours 1e-15 to 3e-15 m deeper, by turns.
+/// numbers that are none). Stops further than pi from a joint's start are refused. ODE's direct method breaks
+/// down (LCP internal error) where pivots tie, as where contacts repeat each other to the bit: corners of a
+/// box at rest do with our check, so that ODE gets each of ours 1e-15 to 3e-15 m deeper, by turns. Where it
+/// breaks down all the same, the step is taken again, with contacts so soft that 1e-8, then 1e-6, then 1e-4
+/// of the velocity which their impulses give to the lightest body stays (EngineStep::unconverged counts
+/// these); where that does not help it fails.
 
 namespace touchstone {
 

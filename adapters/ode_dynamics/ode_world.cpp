@@ -1,6 +1,7 @@
 #include "touchstone/adapters/ode_dynamics/ode_world.hpp"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdarg>
@@ -24,6 +25,10 @@ constexpr double kThinnest = 1e-6;
 /// in turn: the perturbation of Charnes (Cottle, Pang, Stone, The Linear Complementarity Problem, 4.9).
 /// Between corners that share a load it shifts some mN (0.2 / h of it against a softness of 1e-10).
 constexpr double kTieBreak = 1e-15;
+
+/// Where ODE's direct method breaks down all the same, the step is taken with softer contacts: these shares
+/// of the velocity that their impulses give to the lightest body stay.
+constexpr std::array kSofter = {1e-8, 1e-6, 1e-4, 1e-2};
 
 /// World, space and joint group, as ODE wants them made and destroyed.
 struct OdeHandles {
@@ -113,7 +118,7 @@ class OdeEngine final : public SceneEngine {
       dRandSetSeed(seed_);
       dWorldQuickStep(ode_.world, step_size());
       seed_ = dRandGetSeed();
-    } else if (!step_directly(ode_.world, step_size())) {
+    } else if (!step_softer(step)) {
       step.failure = "ODE: its direct method met contacts that it cannot solve (LCP internal error)";
       point_count_ = 0;
     }
@@ -233,6 +238,46 @@ class OdeEngine final : public SceneEngine {
     if (bodies_[as.carrier] != nullptr) set_bits(bodies_[as.carrier], as.carrier_at);
     latch(as.carrier, carried);
     latches_[carried].number = as.number;
+  }
+
+  /// A body before a step, with the forces on it, which ODE forgets as it steps.
+  struct Before {
+    BodyBits bits;
+    Vector3 force, torque;
+  };
+
+  /// By the direct method; where it breaks down, from the same state with softer contacts: kSofter.
+  bool step_softer(EngineStep& step) {
+    before_.clear();
+    for (const dBodyID body : bodies_)
+      if (body != nullptr)
+        before_.push_back({bits_of(body), vector_of(dBodyGetForce(body)), vector_of(dBodyGetTorque(body))});
+    if (step_directly(ode_.world, step_size())) return true;
+    // The shares of kSofter become ODE's softness by the lightest body: its row has the most.
+    double least = kInfinity;
+    for (const EngineScene::Body& body : bodies().bodies())
+      if (body.mass > 0.0) least = std::min(least, body.mass);
+    const double usual = dWorldGetCFM(ode_.world);
+    bool is_taken = false;
+    for (const double share : kSofter) {
+      ++step.unconverged;
+      put_back();
+      dWorldSetCFM(ode_.world, std::max(usual, share * step_size() / least));
+      if ((is_taken = step_directly(ode_.world, step_size()))) break;
+    }
+    dWorldSetCFM(ode_.world, usual);
+    return is_taken;
+  }
+
+  void put_back() {
+    auto from = before_.begin();
+    for (const dBodyID body : bodies_) {
+      if (body == nullptr) continue;
+      set_bits(body, from->bits);
+      dBodySetForce(body, from->force.x(), from->force.y(), from->force.z());
+      dBodySetTorque(body, from->torque.x(), from->torque.y(), from->torque.z());
+      ++from;
+    }
   }
 
   /// In the world, or out of it.
@@ -393,7 +438,8 @@ class OdeEngine final : public SceneEngine {
   std::vector<Latch> latches_;  // by body that is carried
   std::uint64_t latchings_ = 0;
   unsigned long seed_ = 0;
-  std::deque<Point> points_;  // stay where they are: ODE writes their feedback
+  std::vector<Before> before_;  // by body that ODE has
+  std::deque<Point> points_;    // stay where they are: ODE writes their feedback
   std::size_t point_count_ = 0;
 };
 
