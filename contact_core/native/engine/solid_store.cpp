@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <mutex>
 #include <string>
 #include <tuple>
@@ -155,7 +156,7 @@ std::optional<SolidHandle> SolidStore::acquire(const SolidContent& content) {
   if (!is_new) return use(*entry);
   Key& key = entry->second.key;
   key = static_cast<Key>(set_.kinds.size() / 2);
-  if (!unused_.empty()) key = unused_.back();
+  if (!unused_.empty()) key = unused_.front();
   try {
     if (other_) other_->set(2 * static_cast<std::size_t>(key), *solid);
     set_solids(set_, 2 * static_cast<std::size_t>(key), std::move(twice));
@@ -166,7 +167,10 @@ std::optional<SolidHandle> SolidStore::acquire(const SolidContent& content) {
     entries_.erase(entry);
     throw;
   }
-  if (!unused_.empty()) unused_.pop_back();
+  if (!unused_.empty()) {
+    std::pop_heap(unused_.begin(), unused_.end(), std::greater<>());
+    unused_.pop_back();
+  }
   return use(*entry);
 }
 
@@ -175,6 +179,7 @@ void SolidStore::release(const SolidHandle& solid) {
   const auto entry = entries_.find(*solid.content);
   if (--entry->second.users > 0) return;
   unused_.push_back(entry->second.key);
+  std::push_heap(unused_.begin(), unused_.end(), std::greater<>());
   entries_.erase(entry);
 }
 
