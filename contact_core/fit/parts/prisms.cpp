@@ -493,14 +493,19 @@ std::vector<Prism> stack_along(const Shell& shell, const Vector3& axis, double o
   return give_flat_ones(flat, room, slices) ? slices : std::vector<Prism>();
 }
 
+// Of all of a shell's triangles, each once.
+std::vector<std::uint32_t> vertices_of(const TriangleMesh& mesh, const Shell& shell) {
+  std::vector<std::uint32_t> vertices;
+  for (const std::uint32_t t : shell.triangles)
+    vertices.insert(vertices.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
+  std::sort(vertices.begin(), vertices.end());
+  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  return vertices;
+}
+
 // From the middle of the corners at one end to that of those at the other: ends are small, and their
 // triangles' normals as wrong as rounded corners let them be.
-Vector3 refined(const TriangleMesh& mesh, const Shell& shell, const Vector3& axis) {
-  std::vector<std::uint32_t> corners;
-  for (const std::uint32_t t : shell.triangles)
-    corners.insert(corners.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
-  std::sort(corners.begin(), corners.end());
-  corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+Vector3 refined(const TriangleMesh& mesh, const std::vector<std::uint32_t>& corners, const Vector3& axis) {
   double low = kInfinity, high = -low;
   for (const std::uint32_t corner : corners) {
     low = std::min(low, dot(axis, mesh.vertices[corner]));
@@ -526,6 +531,7 @@ bool are_thick(const std::vector<Prism>& prisms) {
 // One, or one of each step along an axis.
 std::vector<Prism> prisms_of(const TriangleMesh& mesh, const Shell& shell, double over) {
   std::vector<Vector3> tried;
+  const std::vector<std::uint32_t> vertices = vertices_of(mesh, shell);
   for (const std::uint32_t t : shell.triangles) {
     const Vector3 n = area_vector(mesh, t);
     const double area = norm(n);
@@ -536,7 +542,7 @@ std::vector<Prism> prisms_of(const TriangleMesh& mesh, const Shell& shell, doubl
       continue;
     if (tried.size() == kMostAxes) return {};
     tried.push_back(axis);
-    const Vector3 along = refined(mesh, shell, axis);
+    const Vector3 along = refined(mesh, vertices, axis);
     for (const Vector3& each : {along, Vector3(-along), axis, Vector3(-axis)})
       if (std::optional<Prism> prism = prism_along(shell, each, over); prism && are_thick({*prism}))
         return {*std::move(prism)};
