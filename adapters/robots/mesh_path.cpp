@@ -82,6 +82,24 @@ std::string decoded(const std::string& uri) {
   return text;
 }
 
+// In the robot's folder; else, where that is in a package, in those above it up to the package's: as of
+// readers that take such names from there.
+path at_relative(const std::string& name, const path& robot) {
+  std::error_code error;
+  path file = robot.parent_path() / name;
+  const path inside = path(name).lexically_normal();
+  const auto is_file = [&](const path& candidate) {
+    return std::filesystem::is_regular_file(candidate, error);
+  };
+  if (is_file(file) || inside.is_absolute() || inside.empty() || *inside.begin() == "..") return file;
+  path found, above = std::filesystem::absolute(robot, error).lexically_normal().parent_path();
+  for (; !above.empty() && above != above.parent_path(); above = above.parent_path()) {
+    if (found.empty() && is_file(above / inside)) found = above / inside;
+    if (is_file(above / "package.xml")) return found.empty() ? file : found;
+  }
+  return file;
+}
+
 path find_mesh(const std::string& uri, const path& robot, const std::vector<path>& package_paths) {
   for (const char* scheme : {"package://", "model://"})
     if (uri.starts_with(scheme))
@@ -90,7 +108,7 @@ path find_mesh(const std::string& uri, const path& robot, const std::vector<path
   if (uri.starts_with("file://"))
     file = uri.substr(7);
   else if (uri.find("://") == std::string::npos)
-    file = robot.parent_path() / uri;
+    file = at_relative(uri, robot);
   else
     throw InputError("mesh '" + uri + "': known are package://, model://, file:// and paths");
   std::error_code error;

@@ -57,6 +57,18 @@ TEST_F(MeshPath, RelativeAndFilePathsAreTaken) {
   EXPECT_EQ(mesh_path("file://" + finger.string(), robot_, {}), finger);
 }
 
+// As many files have them that others wrote: from the package's folder, and no further up.
+TEST_F(MeshPath, RelativePathsMayBeThePackages) {
+  const path link = root_ / "share/checkout/meshes/link.stl";
+  EXPECT_TRUE(equivalent(mesh_path("meshes/link.stl", robot_, {}), link));
+  EXPECT_TRUE(equivalent(mesh_path("./a/../meshes/link.stl", robot_, {}), link));
+  std::ofstream(root_ / "share/outer.stl") << "solid";
+  EXPECT_THAT(error("outer.stl"), HasSubstr("there is no file"));
+  EXPECT_THAT(error("../share/outer.stl"), HasSubstr("there is no file"));
+  remove(root_ / "share/checkout/package.xml");
+  EXPECT_THAT(error("meshes/link.stl"), HasSubstr("there is no file"));
+}
+
 // As exporters write names with spaces: a name that is there as it is written comes first.
 TEST_F(MeshPath, UrisMayBePercentEncoded) {
   const path middle = root_ / "other/left hand/middle finger.stl", literal = root_ / "other/hand/a%20b.stl";
