@@ -58,8 +58,12 @@ struct MeshReport {
   std::size_t first_open = 0;       ///< index of a triangle with such an edge
   std::size_t crowded_edges = 0;    ///< edges of more than two triangles
   std::size_t first_crowded = 0;
-  std::size_t turned_edges = 0;  ///< edges that both triangles run along in one direction
+  std::size_t turned_edges = 0;  ///< edges that both triangles run along in one direction, after the next
   std::size_t first_turned = 0;
+  /// Triangles that faced the other way than most of a surface without a boundary, each of its edges between
+  /// two triangles, where it has two sides: there, and nowhere else, they were turned.
+  std::size_t triangles_turned = 0;
+  std::size_t first_triangle_turned = 0;
   std::size_t shells = 0;  ///< parts that share no vertex
   double volume = 0.0;     ///< signed, by the triangles' order [m3]; below 0: inside out. Closed meshes only
   Vector3 low = Vector3::Zero(), high = Vector3::Zero();  ///< corners of the box along the axes [m]

@@ -1,6 +1,9 @@
 #include "touchstone/adapters/mesh_files/weld.hpp"
 
 #include <algorithm>
+#include <array>
+#include <span>
+#include <utility>
 
 #include "touchstone/contact_core/fit/meshes/places.hpp"
 #include "touchstone/contact_core/geometry/no_index.hpp"
@@ -69,27 +72,109 @@ struct Side {
   bool is_up;  // runs from the lower to the higher vertex
 };
 
-void count_edges(const std::vector<Triangle>& triangles, const std::vector<std::uint32_t>& in_file,
-                 MeshReport& report) {
+std::vector<Side> sorted_sides(const std::vector<Triangle>& triangles) {
   std::vector<Side> sides;
   sides.reserve(3 * triangles.size());
   for (std::uint32_t t = 0; t < triangles.size(); ++t)
     for (int k = 0; k < 3; ++k) {
       const std::uint64_t a = triangles[t][k], b = triangles[t][(k + 1) % 3];
-      sides.push_back({std::min(a, b) << 32 | std::max(a, b), in_file[t], a < b});
+      sides.push_back({std::min(a, b) << 32 | std::max(a, b), t, a < b});
     }
   std::sort(sides.begin(), sides.end(), [](const Side& l, const Side& r) {
     return l.edge != r.edge ? l.edge < r.edge : l.triangle < r.triangle;
   });
-  const auto count = [](std::size_t& counter, std::size_t& first, std::uint32_t triangle) {
-    if (counter++ == 0 || triangle < first) first = triangle;
-  };
+  return sides;
+}
+
+/// The sides of each edge.
+template <class Function>
+void for_each_edge(const std::vector<Side>& sides, const Function& function) {
   for (std::size_t i = 0, end = 0; i < sides.size(); i = end) {
     for (end = i; end < sides.size() && sides[end].edge == sides[i].edge;) ++end;
-    if (end - i == 1) count(report.open_edges, report.first_open, sides[i].triangle);
-    if (end - i > 2) count(report.crowded_edges, report.first_crowded, sides[i].triangle);
-    if (end - i == 2 && sides[i].is_up == sides[i + 1].is_up)
-      count(report.turned_edges, report.first_turned, sides[i].triangle);
+    function(std::span(sides).subspan(i, end - i));
+  }
+}
+
+void count_edges(const std::vector<Triangle>& triangles, const std::vector<std::uint32_t>& in_file,
+                 MeshReport& report) {
+  const auto count = [&](std::size_t& counter, std::size_t& first, std::uint32_t triangle) {
+    if (counter++ == 0 || in_file[triangle] < first) first = in_file[triangle];
+  };
+  report.turned_edges = report.first_turned = 0;
+  report.open_edges = report.crowded_edges = 0;
+  for_each_edge(sorted_sides(triangles), [&](std::span<const Side> edge) {
+    if (edge.size() == 1) count(report.open_edges, report.first_open, edge[0].triangle);
+    if (edge.size() > 2) count(report.crowded_edges, report.first_crowded, edge[0].triangle);
+    if (edge.size() == 2 && edge[0].is_up == edge[1].is_up)
+      count(report.turned_edges, report.first_turned, edge[0].triangle);
+  });
+}
+
+/// Triangles beside each other, and whether one of both has to be turned.
+struct Neighbours {
+  struct Neighbour {
+    std::uint32_t triangle;
+    bool is_turned;
+  };
+  std::vector<std::array<Neighbour, 3>> of;
+  std::vector<std::uint8_t> count;  ///< of a triangle; 3 where each of its edges is between two
+
+  explicit Neighbours(const std::vector<Triangle>& triangles)
+      : of(triangles.size()), count(triangles.size(), 0) {
+    for_each_edge(sorted_sides(triangles), [&](std::span<const Side> edge) {
+      if (edge.size() != 2) return;
+      const bool is_turned = edge[0].is_up == edge[1].is_up;
+      for (int i = 0; i < 2; ++i)
+        of[edge[i].triangle][count[edge[i].triangle]++] = {edge[1 - i].triangle, is_turned};
+    });
+  }
+};
+
+/// A surface from triangle to triangle across edges.
+struct Surface {
+  std::vector<std::uint32_t> triangles;
+  std::size_t facing_other = 0;  ///< than its first triangle
+  bool may_be_turned = true;     ///< it has no boundary, and two sides
+};
+
+/// @param faces of each triangle, 0: not seen yet, 1: as the surface's first one, 2: the other way
+Surface surface_from(std::uint32_t first, const Neighbours& neighbours, std::vector<std::uint8_t>& faces) {
+  Surface surface{{first}};
+  faces[first] = 1;
+  for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
+    const std::uint32_t t = surface.triangles[i];
+    surface.facing_other += faces[t] == 2 ? 1 : 0;
+    surface.may_be_turned = surface.may_be_turned && neighbours.count[t] == 3;
+    for (int k = 0; k < neighbours.count[t]; ++k) {
+      const auto [other, is_turned] = neighbours.of[t][k];
+      const auto facing = static_cast<std::uint8_t>(is_turned ? 3 - faces[t] : faces[t]);
+      if (faces[other] == 0) {
+        faces[other] = facing;
+        surface.triangles.push_back(other);
+      } else if (faces[other] != facing) {
+        surface.may_be_turned = false;
+      }
+    }
+  }
+  return surface;
+}
+
+/// Where a surface bounds something, its triangles have to face one way: as most of them do.
+void turn_to_one_side(const std::vector<std::uint32_t>& in_file, std::vector<Triangle>& triangles,
+                      MeshReport& report) {
+  const Neighbours neighbours(triangles);
+  std::vector<std::uint8_t> faces(triangles.size(), 0);
+  for (std::uint32_t first = 0; first < triangles.size(); ++first) {
+    if (faces[first] != 0) continue;
+    const Surface surface = surface_from(first, neighbours, faces);
+    if (!surface.may_be_turned || surface.facing_other == 0) continue;
+    const std::uint8_t wrong = 2 * surface.facing_other > surface.triangles.size() ? 1 : 2;
+    for (const std::uint32_t t : surface.triangles) {
+      if (faces[t] != wrong) continue;
+      std::swap(triangles[t][1], triangles[t][2]);
+      if (report.triangles_turned++ == 0 || in_file[t] < report.first_triangle_turned)
+        report.first_triangle_turned = in_file[t];
+    }
   }
 }
 
@@ -111,6 +196,10 @@ LoadedMesh weld(const Soup& soup, const ReadTask& task) {
   if (out.mesh.triangles.empty())
     task.fail(soup.triangles.empty() ? "no triangle" : "none of its triangles has an area");
   count_edges(out.mesh.triangles, in_file, out.report);
+  if (!out.report.is_oriented()) {
+    turn_to_one_side(in_file, out.mesh.triangles, out.report);
+    if (out.report.triangles_turned > 0) count_edges(out.mesh.triangles, in_file, out.report);
+  }
   out.report.shells = count_shells(out.mesh);
   out.report.low = out.report.high = out.mesh.vertices[0];
   for (const Vector3& v : out.mesh.vertices) {

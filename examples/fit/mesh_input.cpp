@@ -35,16 +35,16 @@ ReadMesh read_mesh(const std::filesystem::path& file, const MeshInput& input) {
   ReadMesh out;
   out.metres_per_unit = states_unit ? 1.0 : *input.metres_per_unit;
   const bool is_plain_stl = extension_of(file) == ".stl" && input.up == UpAxis::as_written;
-  if (is_plain_stl) out.mesh = read_stl(file.string(), out.metres_per_unit);
   MeshFileOptions options = {input.metres_per_unit, input.up, input.expected_size};
   // An STL file's own mesh may be sheets of any number; that load_mesh() reads it, too, is for the report.
   if (is_plain_stl) options.most_triangles = options.most_shells = std::numeric_limits<std::size_t>::max();
   LoadedMesh loaded = load_mesh(file, options);
-  const bool is_whole = loaded.report.bounds_a_solid();
+  if (is_plain_stl) out.mesh = read_stl(file.string(), out.metres_per_unit);
+  const bool is_whole = loaded.report.bounds_a_solid(), is_healed = loaded.report.triangles_turned > 0;
   // Triangles without an area close seams, or hang on a solid that is closed without them.
   const bool hang = is_plain_stl && is_whole && find_shells(weld(out.mesh)).open_edges > 0;
-  if (!is_whole || hang || loaded.report.rounding > 0.0) out.note = to_string(loaded.report);
-  if (!is_plain_stl || hang) out.mesh = std::move(loaded.mesh);
+  if (!is_whole || is_healed || hang || loaded.report.rounding > 0.0) out.note = to_string(loaded.report);
+  if (!is_plain_stl || is_healed || hang) out.mesh = std::move(loaded.mesh);
   return out;
 }
 

@@ -6,6 +6,7 @@
 #ifdef TOUCHSTONE_HAS_SCENE_FILES
 #include "touchstone/adapters/scene_files/scene_file.hpp"
 #endif
+#include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/fit/cover_scene.hpp"
 #include "touchstone/examples/fit/fit_run.hpp"
 #include "touchstone/examples/fit/mesh_input.hpp"
@@ -117,7 +118,7 @@ TEST_F(FittedFile, WithoutSizeOrMissingIsNamedOnce) {
   }
   EXPECT_EQ(refusal_of([&] { run(); }), path_.string() + ": none of its triangles has an area");
   std::filesystem::remove(path_);
-  EXPECT_EQ(refusal_of([&] { run(); }), path_.string() + ": cannot be read");
+  EXPECT_EQ(refusal_of([&] { run(); }), path_.string() + ": there is no such file");
 }
 
 class FitProgramRun : public ProgramTest {
@@ -332,6 +333,31 @@ TEST_F(OtherFormats, TrianglesWithoutAnAreaLeaveNoSolidOpen) {
   EXPECT_THAT(run.note, HasSubstr("3 without an area left out, the first at triangle 12"));
   EXPECT_THAT(refusal_of([&] { fit(write("fan.stl", "solid a\n" + fan + "endsolid a\n"), {1.0}); }),
               HasSubstr("fan.stl: none of its triangles has an area"));
+}
+
+// A triangle that faces inwards would make a sheet of the shell, hollow inside.
+TEST_F(OtherFormats, ATurnedTriangleLeavesTheSolidWhole) {
+  TriangleMesh block = test::box_mesh({0, 0, 0}, {2, 1, 3});
+  std::swap(block.triangles[5][1], block.triangles[5][2]);
+  std::string text = "solid a\n";
+  for (const auto& t : block.triangles) {
+    text += "facet normal 0 0 0\nouter loop\n";
+    for (const std::uint32_t i : t) {
+      const Vector3& p = block.vertices[i];
+      text += "vertex " + figure(p.x()) + " " + figure(p.y()) + " " + figure(p.z()) + "\n";
+    }
+    text += "endloop\nendfacet\n";
+  }
+  const std::filesystem::path file = write("block.stl", text + "endsolid a\n");
+  const FitRun run = fit(file, {1.0});
+  EXPECT_EQ(run.closed_shells, 1U);
+  EXPECT_EQ(run.fit.hexahedra.size(), 1U);
+  EXPECT_THAT(run.note, HasSubstr("1 turned to face as the others do, the first at triangle 5"));
+  const std::filesystem::path certificate = write("certificate.json", certificate_text(run.certificate));
+  EXPECT_TRUE(check_certificate(read_certificate(certificate), file).is_proven);
+  EXPECT_THAT(
+      refusal_of([&] { fit(write("lfs.stl", "version https://git-lfs.github.com/spec/v1\n"), {1.0}); }),
+      HasSubstr("lfs.stl: is a pointer of Git LFS"));
 }
 
 // Meshes that are refused for so many shells are taken as sheets where they are STL.

@@ -190,10 +190,16 @@ TEST(MeshFile, WhatIsNotASolidIsNamedByTriangle) {
   EXPECT_EQ(open.first_open, 0u);
   EXPECT_THAT(to_string(open), HasSubstr("3 open edges, the first at triangle 0"));
 
-  const MeshReport turned = load("a.obj", vertices + "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 4 3\n").report;
-  EXPECT_FALSE(turned.is_oriented());
-  EXPECT_EQ(turned.turned_edges, 3u);
-  EXPECT_THAT(to_string(turned), HasSubstr("face opposite ways"));
+  // The projective plane: each edge is between two triangles, and it has one side.
+  const MeshReport one_sided =
+      load("a.obj",
+           "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 3 1 2\nv 1 2 5\nf 1 2 3\nf 1 3 4\n"
+           "f 1 4 5\nf 1 5 6\nf 1 6 2\nf 2 3 5\nf 3 4 6\nf 4 5 2\nf 5 6 3\nf 6 2 4\n")
+          .report;
+  EXPECT_TRUE(one_sided.is_manifold());
+  EXPECT_FALSE(one_sided.is_oriented());
+  EXPECT_EQ(one_sided.triangles_turned, 0u);
+  EXPECT_THAT(to_string(one_sided), HasSubstr("face opposite ways"));
 
   const MeshReport crowded =
       load("a.obj", vertices + "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\nf 1 2 3\nf 1 5 2\nf 1 3 5\nf 2 5 3\n")
@@ -206,6 +212,24 @@ TEST(MeshFile, WhatIsNotASolidIsNamedByTriangle) {
   EXPECT_EQ(inside_out.volume, -1.0 / 6.0);
   EXPECT_FALSE(inside_out.bounds_a_solid());
   EXPECT_THAT(to_string(inside_out), HasSubstr("inside out"));
+}
+
+// Of a surface without a boundary; a sheet beside it, which faces both ways too, is left as it is.
+TEST(MeshFile, TrianglesThatFaceTheOtherWayThanMostAreTurned) {
+  const std::string vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 5 0 0\nv 6 0 0\nv 5 1 0\nv 6 1 0\n";
+  const std::string solid = "f 1 3 2\nf 1 2 4\nf 1 4 3\n", sheet = "f 5 6 7\nf 6 7 8\n";
+  const LoadedMesh healed = load("a.obj", vertices + solid + "f 2 4 3\n");
+  EXPECT_TRUE(healed.report.bounds_a_solid());
+  EXPECT_EQ(healed.report.volume, 1.0 / 6.0);
+  EXPECT_EQ(healed.report.triangles_turned, 1u);
+  EXPECT_EQ(healed.mesh.triangles[3], (std::array<std::uint32_t, 3>{2, 1, 3}));
+  EXPECT_THAT(to_string(healed.report),
+              HasSubstr("1 turned to face as the others do, the first at triangle 3"));
+  const MeshReport both = load("a.obj", vertices + sheet + "f 2 4 3\n" + solid).report;
+  EXPECT_EQ(both.triangles_turned, 1u);
+  EXPECT_EQ(both.first_triangle_turned, 2u);
+  EXPECT_EQ(both.turned_edges, 1u);
+  EXPECT_EQ(both.first_turned, 0u);
 }
 
 TEST(MeshFile, TrianglesWithoutAnAreaAreLeftOutAndCounted) {
