@@ -32,9 +32,13 @@ MassMoments total_moments(std::span<const PlacedHexahedron> solids, std::string_
   return sum;
 }
 
+// Symmetric to the bit: sums of moments about other points are so to rounding alone.
 BodyInertia of_moments(const MassMoments& moments, double mass) {
   const MassMetric metric = mass_metric(moments);
-  return {mass, metric.centre, mass * metric.J};
+  BodyInertia out{mass, metric.centre, mass * metric.J};
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < i; ++j) out.inertia_B(j, i) = out.inertia_B(i, j);
+  return out;
 }
 
 void require_positive(double value, const char* what, std::string_view name) {

@@ -30,6 +30,7 @@ TEST(BodyInertia, BoxInAnyPoseIsTheClosedForm) {
     const BodyInertia box = box_inertia(7.0, size);
     const BodyInertia got = inertia_of_mass({&solid, 1}, 7.0, "box");
     EXPECT_LT(norm(got.centre_B - X.p), 4e-15);
+    EXPECT_EQ(got.inertia_B, got.inertia_B.transpose());  // mechanisms refuse what is not
     // Second moments of a box 3 m off are computed about the frame's origin: (3 sqrt 3)^2 eps of them.
     EXPECT_LT(defect(got.inertia_B, turned(X.R, box.inertia_B)), 7.0 * 27.0 * 16 * 0x1p-53);
     const double density = 7.0 / (size.x() * size.y() * size.z());
