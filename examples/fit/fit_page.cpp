@@ -95,13 +95,13 @@ Json page_data(const FitRun& run, const MeshDistance& solid, const ExcessSurface
 
 std::string worst_table(const FitRun& run) {
   std::string html =
-      "<table><thead><tr><th>place</th><th>x m</th><th>y m</th><th>z "
-      "m</th><th>error</th></tr></thead><tbody>";
+      "<table><thead><tr><th>place</th><th>error</th><th>x m</th><th>y m</th><th>z "
+      "m</th></tr></thead><tbody>";
   int place = 0;
   for (const FittedHexahedron* each : worst_of(run.fit))
-    html += fmt::format("<tr><td>{}, h{}</td><td>{:.4g}</td><td>{:.4g}</td><td>{:.4g}</td><td>{}</td></tr>",
-                        ++place, each - run.fit.hexahedra.data(), each->farthest.x(), each->farthest.y(),
-                        each->farthest.z(), millimetres(each->excess));
+    html += fmt::format("<tr><td>{}, h{}</td><td>{}</td><td>{:.4g}</td><td>{:.4g}</td><td>{:.4g}</td></tr>",
+                        ++place, each - run.fit.hexahedra.data(), millimetres(each->excess),
+                        each->farthest.x(), each->farthest.y(), each->farthest.z());
   return html + "</tbody></table>";
 }
 

@@ -78,15 +78,22 @@ TEST(FitPage, NamesOfFilesAreText) { EXPECT_THAT(page(), HasSubstr("<h1>Cover of
 
 class FitPageInBrowser : public PageInBrowser {};
 
+// `alike`: of every second pixel, what shows the cover where both are shown, as it holds the mesh.
 constexpr const char* kLook = R"(
-  const pixels = () => { const c = document.getElementById('view'), d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
+  const image = () => { const c = document.getElementById('view'); return c.getContext('2d').getImageData(0, 0, c.width, c.height); };
+  const pixels = () => { const d = image().data;
     let n = 0, sum = 0; for (let i = 0; i < d.length; i += 4) if (d[i + 3]) { ++n; sum += d[i] + 3 * d[i + 1] + 7 * d[i + 2] + i % 97; }
     return [n, sum]; };
-  const both = pixels();
-  document.querySelector('[value=cover]').click(); const cover = pixels();
+  const both = pixels(), first = image();
+  document.querySelector('[value=cover]').click(); const cover = pixels(), alone = image();
+  let like = 0, all = 0;
+  for (let i = 0; i < alone.data.length; i += 4) {
+    if (!alone.data[i + 3] || (i / 4 % alone.width + Math.floor(i / 4 / alone.width)) & 1) continue;
+    ++all; like += [0, 1, 2].every(k => alone.data[i + k] === first.data[i + k]); }
   document.querySelector('[data-turn=left]').click(); const turned = pixels();
   found = { both, cover, turned, wide: document.documentElement.scrollWidth, dots: document.querySelectorAll('svg .m').length,
-    rows: document.querySelectorAll('table')[0].rows.length };)";
+    rows: document.querySelectorAll('table')[0].rows.length, alike: like / all,
+    error: document.querySelectorAll('td')[1].getBoundingClientRect().right };)";
 
 TEST_F(FitPageInBrowser, ShowsTheCoverTurnsItAndAsksForNothing) {
   for (const int width : {1440, 500}) {
@@ -97,7 +104,9 @@ TEST_F(FitPageInBrowser, ShowsTheCoverTurnsItAndAsksForNothing) {
     EXPECT_GT(found["both"][0], 5000);
     EXPECT_NE(found["both"], found["cover"]);
     EXPECT_NE(found["cover"], found["turned"]);
+    EXPECT_GT(found["alike"], 0.99);
     EXPECT_LE(found["wide"], width);
+    EXPECT_LE(found["error"], width - 20);  // without scrolling the table
     EXPECT_EQ(found["dots"], 3);
     EXPECT_EQ(found["rows"], 2);
   }

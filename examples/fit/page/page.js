@@ -33,7 +33,8 @@ function project(points, R, scale, w, h) {
   return out;
 }
 
-function fill(frame, p, part, colour, skips) {
+// Over others: in every second pixel, and nearer by half a pixel, as faces of the cover lie on those of the mesh.
+function fill(frame, p, part, colour, isOver) {
   const { pixels, depth, w, h } = frame, t = part.triangles;
   for (let n = 0; n < t.length; n += 3) {
     // Two edges of the triangle and its area on the screen; triangles seen edge-on are left out.
@@ -51,11 +52,11 @@ function fill(frame, p, part, colour, skips) {
     const x0 = Math.max(0, Math.ceil(Math.min(p[a], p[b], p[c]))), x1 = Math.min(w - 1, Math.floor(Math.max(p[a], p[b], p[c])));
     const y0 = Math.max(0, Math.ceil(Math.min(p[a + 1], p[b + 1], p[c + 1]))), y1 = Math.min(h - 1, Math.floor(Math.max(p[a + 1], p[b + 1], p[c + 1])));
     for (let y = y0; y <= y1; ++y) for (let x = x0; x <= x1; ++x) {
-      if (skips && ((x + y) & 1)) continue;
+      if (isOver && ((x + y) & 1)) continue;
       const dx = x - p[a], dy = y - p[a + 1];
       const s = (dx * vy - dy * vx) / area, q = (ux * dy - uy * dx) / area;
       if (s < 0 || q < 0 || s + q > 1) continue;
-      const z = p[a + 2] + s * uz + q * vz, at = y * w + x;
+      const z = p[a + 2] + s * uz + q * vz + (isOver ? 0.5 : 0), at = y * w + x;
       if (z <= depth[at]) continue;
       depth[at] = z;
       pixels[at] = rgb;
