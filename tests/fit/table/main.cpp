@@ -8,7 +8,6 @@
 
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/fit/fit_run.hpp"
-#include "touchstone/examples/program/terminal/machine.hpp"
 #include "touchstone/examples/program/terminal/program.hpp"
 #include "touchstone/tests/fit/table/decomposers.hpp"
 #include "touchstone/tests/fit/table/results_page.hpp"
@@ -153,11 +152,6 @@ std::string command_text(int argc, char** argv, const Options& options) {
   return text + fmt::format(" --samples {} --seed {}", options.samples, options.seed);
 }
 
-std::string machine_text() {
-  const program::Machine machine = program::describe_machine();
-  return machine.cpu + ", " + machine.compiler + ", " + machine.build_type;
-}
-
 std::vector<double> shares_of(const Options& options) {
   std::vector<double> shares;
   for (const std::string& over : options.over) {
@@ -200,7 +194,6 @@ int run(int argc, char** argv) {
   const std::vector<std::filesystem::path> files = files_of(options);
   FitTable table;
   table.command = command_text(argc, argv, options);
-  table.machine = machine_text();
   table.samples = options.samples;
   const std::vector<std::string> methods = find_methods(options, table);
   const std::filesystem::path scratch =

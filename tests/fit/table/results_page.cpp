@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 
+#include "touchstone/examples/program/terminal/machine.hpp"
 #include "touchstone/examples/program/terminal/text_table.hpp"
 
 namespace touchstone::test {
@@ -112,17 +113,19 @@ std::string row_text(const PeerRow& row) {
 }
 
 std::string results_page(const FitTable& table) {
-  std::string text = fmt::format(
-      "# Covers of a folder of meshes\n\nWritten by `{}`; {}.\n\nEvery cover is proven "
-      "(`adapters/cover_proof`), then judged "
-      "by Bullet in double precision: {} random points a mesh, half of its\nsurface and half of its inside, "
-      "are looked for "
-      "in the union. The judge shares no code with the fitter and the proof. Times are of one core.\n\n",
-      table.command, table.machine, format_count(table.samples));
+  std::string text = program::page_head("Covers of a folder of meshes", table.command) +
+                     fmt::format(
+                         "Every cover is proven (`adapters/cover_proof`), then judged by Bullet in double "
+                         "precision: {} random "
+                         "points a mesh, half of its\nsurface and half of its inside, are looked for in the "
+                         "union. The judge "
+                         "shares no code with the fitter and the proof. Times are\nof one core, by the "
+                         "processor's clock.\n\n",
+                         format_count(table.samples));
   std::map<double, std::vector<FitRow>, std::greater<>> by_error;
   for (const FitRow& row : table.rows) by_error[row.asked].push_back(row);
   for (const auto& [asked, rows] : by_error) text += section(asked, rows);
-  return text + peers_section(table);
+  return table.peers.empty() ? text : text + peers_section(table);
 }
 
 std::size_t count_uncovered(const FitTable& table) {

@@ -35,8 +35,7 @@ struct PeerRow {
 };
 
 struct FitTable {
-  std::string command;  ///< that writes the page
-  std::string machine;
+  std::string command;             ///< that writes the page
   std::size_t samples = 0;         ///< asked of each mesh
   std::vector<std::string> peers;  ///< "V-HACD by vhacdx 0.0.10", or why it is missing
   std::vector<FitRow> rows;
