@@ -82,6 +82,11 @@ class Engine {
 /// process.
 constexpr double kLargestCoordinate = 1e75;
 
+/// @param reach the farthest vertex of the solid from its origin
+bool may_be_asked(double reach, const Pose& X) {
+  return std::max(reach, norm_inf(X.p)) <= kLargestCoordinate && is_finite(X);
+}
+
 ContactPoint to_contact_point(const fcl::Contactd& contact) {
   const Vector3 half = 0.5 * contact.penetration_depth * contact.normal;
   return {contact.pos + half, contact.pos - half, -contact.penetration_depth, 0};
@@ -91,6 +96,11 @@ bool is_usable(const fcl::Contactd& contact) {
   return std::isfinite(contact.penetration_depth) && is_finite(contact.pos) && is_finite(contact.normal) &&
          norm(contact.normal) > 0.5;  // a unit vector, or zero
 }
+
+struct Entry {
+  Shape shape;
+  double reach;
+};
 
 class FclNarrowphase final : public Narrowphase {
  public:
@@ -133,18 +143,13 @@ class FclNarrowphase final : public Narrowphase {
   }
 
  private:
-  struct Entry {
-    Shape shape;
-    double reach;
-  };
-
   PairStatus evaluate_pair(SolidPair pair, std::span<const Pose> poses, const Query& query,
                            FclWorkspace& scratch, PairGeometry& geometry,
                            std::span<ContactPoint> points) const {
     const Entry &a = entries_[pair.a], &b = entries_[pair.b];
     const Pose &X_WA = poses[pair.a], &X_WB = poses[pair.b];
     const double scale = std::max(std::max(a.reach, b.reach), std::max(norm_inf(X_WA.p), norm_inf(X_WB.p)));
-    if (!(scale <= kLargestCoordinate) || !has_finite_poses(pair, poses)) return PairStatus::failed;
+    if (!may_be_asked(a.reach, X_WA) || !may_be_asked(b.reach, X_WB)) return PairStatus::failed;
     const PosedPair posed{*a.shape, *b.shape, to_engine(X_WA), to_engine(X_WB)};
     if (!engine_.supports(query.kind)) return PairStatus::unsupported;
     if (query.kind == QueryKind::overlap)
@@ -199,20 +204,21 @@ class FclRawCheck final : public RawCheck {
 
   void build(std::span<const Hexahedron> solids) override {
     refuse_rounded(solids, "fcl");
-    std::vector<Shape> shapes;
-    for (const Hexahedron& solid : solids) shapes.push_back(make_shape(solid));
-    shapes_ = std::move(shapes);
+    solids_.clear();
+    for (const Hexahedron& solid : solids) solids_.push_back({make_shape(solid), reach_of(solid)});
   }
   bool supports(QueryKind kind) const noexcept override { return engine_.supports(kind); }
   void set_poses(std::span<const Pose> poses) override {
     poses_.clear();
-    for (const Pose& X : poses) poses_.push_back(to_engine(X));
+    for (std::size_t i = 0; i < poses.size(); ++i)
+      poses_.push_back({to_engine(poses[i]), may_be_asked(solids_[i].reach, poses[i])});
   }
   std::size_t run(std::span<const SolidPair> pairs, QueryKind kind) noexcept override {
     std::size_t in_contact = 0;
     for (const auto [a, b] : pairs) {
+      if (!poses_[a].may_be_asked || !poses_[b].may_be_asked) continue;
       try {
-        const PosedPair posed{*shapes_[a], *shapes_[b], poses_[a], poses_[b]};
+        const PosedPair posed{*solids_[a].shape, *solids_[b].shape, poses_[a].X_WS, poses_[b].X_WS};
         Vector3 p_A_W, p_B_W;
         in_contact += kind == QueryKind::overlap    ? engine_.overlap(posed, scratch_.collision)
                       : kind == QueryKind::distance ? engine_.distance(posed, p_A_W, p_B_W) <= 0.0
@@ -224,10 +230,15 @@ class FclRawCheck final : public RawCheck {
   }
 
  private:
+  struct Placed {
+    fcl::Transform3d X_WS;
+    bool may_be_asked;
+  };
+
   Engine engine_;
   FclWorkspace scratch_;
-  std::vector<Shape> shapes_;
-  std::vector<fcl::Transform3d> poses_;
+  std::vector<Entry> solids_;
+  std::vector<Placed> poses_;
 };
 
 }  // namespace

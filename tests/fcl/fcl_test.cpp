@@ -83,5 +83,17 @@ TEST(Fcl, PosesThatAreNotFiniteFail) {
                 PairStatus::failed);
 }
 
+TEST(Fcl, TheRawCheckLeavesOutWhatWouldEndTheProcess) {
+  BackendRegistry registry;
+  register_fcl(registry);
+  const auto raw = registry.narrowphase("fcl").make_raw();
+  const double size = 0x1p1001;  // the hard cases' `scale-2^1000-apart`: an assertion within FCL's distance
+  raw->build(std::array{cube(true), cube(true), Hexahedron::from_size({size, size, size}),
+                        Hexahedron::from_size({size, size, size})});
+  raw->set_poses(std::array{at(0, 0, 0), at(0.9, 0.2, 0.1), at(0, 0, 0), at(1.5 * size, 0.5 * size, 0.0)});
+  for (const QueryKind kind : {QueryKind::overlap, QueryKind::distance, QueryKind::manifold})
+    EXPECT_EQ(raw->run(std::array{SolidPair{2, 3}, SolidPair{0, 1}}, kind), 1u);
+}
+
 }  // namespace
 }  // namespace touchstone
