@@ -1,8 +1,14 @@
 #include "touchstone/adapters/python/poses.hpp"
 
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
+
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
+#include <limits>
 
 #include "touchstone/adapters/python/widest.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
@@ -36,37 +42,48 @@ TOUCHSTONE_IN_PLACE bool all_of(const RowMask& mask) { return (mask[0] & mask[1]
 
 static_assert(sizeof(Pose) == 12 * sizeof(double));
 
-/// Writes matrices, row by row, as poses. Returns whether each is a rigid transform: is_valid_pose(), its
-/// sums in the same order, and a last row of 0 0 0 1.
+TOUCHSTONE_IN_PLACE Row magnitudes(const Row& of) {
+  constexpr std::int64_t kNoSign = std::numeric_limits<std::int64_t>::max();
+  return reinterpret_cast<Row>(reinterpret_cast<RowMask>(of) & RowMask{kNoSign, kNoSign, kNoSign, kNoSign});
+}
+
+/// Writes matrices, row by row, as poses. Returns true where each is a rigid transform: is_valid_pose(), its
+/// sums in the same order, and a last row of 0 0 0 1. False, too, where sums of coordinates overflow.
 TOUCHSTONE_WIDEST bool write_matrices(const double* rows, std::size_t count, double* poses) {
   // The fourth column is no part of a rotation: squares of its entries may be anything.
   const Row most = {kRotationTolerance, kRotationTolerance, kRotationTolerance, kInfinity};
   const Row unit = {1.0, 1.0, 1.0, 0.0}, last = {0.0, 0.0, 0.0, 1.0};
+  // Of orthonormal rows the products of x and y cross z are the squares of x's entries, or in a mirror image
+  // their negatives, of which one is -1/3 or less.
+  const Row least = {-0.1, -0.1, -0.1, -kInfinity};
   RowMask is_rigid = {-1, -1, -1, -1};
-  bool is_turned = true;
   for (std::size_t i = 0; i < count; ++i, rows += 16, poses += 12) {
-    Row m[4];
-    for (std::size_t k = 0; k < 4; ++k) load(rows + 4 * k, m[k]);
-    const Row x = m[0], y = m[1], z = m[2];
+    Row x, y, z, w;
+    load(rows, x), load(rows + 4, y), load(rows + 8, z), load(rows + 12, w);
     // Products of columns with themselves, then with the next ones.
     const Row x_next = __builtin_shufflevector(x, x, 1, 2, 0, 3);
     const Row y_next = __builtin_shufflevector(y, y, 1, 2, 0, 3);
     const Row z_next = __builtin_shufflevector(z, z, 1, 2, 0, 3);
     const Row lengths = ((x * x + y * y) + z * z) - unit;
     const Row angles = (x * x_next + y * y_next) + z * z_next;
-    const Row zero = (x - x) + (y - y) + (z - z);  // NaN where one is not finite
-    is_rigid &= (lengths <= most) & (-lengths <= most) & (angles <= most) & (-angles <= most) &
-                (zero == zero) & (m[3] == last);
-    // det R > 0: it is near 1 or -1 where the columns are orthonormal.
-    const Row across = x * (y_next * __builtin_shufflevector(z, z, 2, 0, 1, 3) -
-                            __builtin_shufflevector(y, y, 2, 0, 1, 3) * z_next);
-    is_turned &= (across[0] + across[1]) + across[2] > 0.0;
-    // Column after column: the next one takes the place of the fourth entry.
-    transpose(m);
-    for (std::size_t k = 0; k < 3; ++k) store(m[k], poses + 3 * k);
-    std::memcpy(poses + 9, &m[3], 3 * sizeof(double));
+    const Row across = __builtin_shufflevector(x, x, 2, 0, 1, 3) * (y * z_next - y_next * z);
+    const Row sums = (x + y) + z;  // less itself it is NaN where one is not finite
+    is_rigid &= (magnitudes(lengths) <= most) & (magnitudes(angles) <= most) & (across > least) &
+                (sums - sums == Row{}) & (w == last);
+    // Column after column.
+    for (std::size_t k = 0; k < 4; ++k)
+      for (std::size_t row = 0; row < 3; ++row) poses[3 * k + row] = rows[4 * row + k];
   }
-  return is_turned && all_of(is_rigid);
+  return all_of(is_rigid);
+}
+
+TOUCHSTONE_IN_PLACE Row roots(const Row& of) {
+#ifdef __SSE2__
+  const __m128d low = _mm_sqrt_pd(__m128d{of[0], of[1]}), high = _mm_sqrt_pd(__m128d{of[2], of[3]});
+  return Row{low[0], low[1], high[0], high[1]};
+#else
+  return Row{std::sqrt(of[0]), std::sqrt(of[1]), std::sqrt(of[2]), std::sqrt(of[3])};
+#endif
 }
 
 /// Writes four poses from positions and quaternions w x y z, the bits of rotation_from_quaternion(). Returns
@@ -83,8 +100,7 @@ TOUCHSTONE_IN_PLACE bool write_four(const double* p, const double* q, double* po
             most = {0x1p900, 0x1p900, 0x1p900, 0x1p900};
   if (!all_of((squared >= least) & (squared <= most) & (zero == zero))) return false;
   // Of unit length.
-  const Row length = {std::sqrt(squared[0]), std::sqrt(squared[1]), std::sqrt(squared[2]),
-                      std::sqrt(squared[3])};
+  const Row length = roots(squared);
   w /= length, x /= length, y /= length, z /= length;
   // rotation_matrix(), column by column, four entries at a time of each pose.
   Row entries[3][4] = {{((w * w + x * x) - y * y) - z * z, 2.0 * (x * y + w * z), 2.0 * (x * z - w * y),
