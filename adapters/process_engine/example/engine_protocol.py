@@ -8,10 +8,11 @@ ANSWERS = os.fdopen(os.dup(1), "wb")
 os.dup2(2, 1)
 
 
-def need(package):
-    """The module; ends the program where it is not installed."""
+def need(module, package=None):
+    """The module; ends the program where its package (by default of the same name) is not installed."""
+    package = package or module
     try:
-        return __import__(package)
+        return __import__(module)
     except ImportError:
         sys.exit(f"Python package '{package}' is not installed: pip install {package}")
 
