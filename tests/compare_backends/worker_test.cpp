@@ -210,6 +210,22 @@ MadeOn make_on_a_full_disk(const std::filesystem::path& folder) {
   }
 }
 
+TEST(SignsOfLife, ACopyThatAnEnginesCallForkedEndsWhereItReturns) {
+  Waiting waiting;
+  SignsOfLife& signs = waiting.signs;
+  const pid_t copy = fork();
+  if (copy == 0) {
+    signs.give();
+    _exit(7);
+  }
+  int status = -1;
+  ASSERT_EQ(waitpid(copy, &status, 0), copy);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << status;
+  EXPECT_EQ(signs.count(), 0u);
+  signs.give();
+  EXPECT_EQ(signs.count(), 1u);
+}
+
 TEST(SignsOfLife, AFullDiskIsAnErrorAndNoSignal) {
   const std::filesystem::path folder = std::filesystem::path(::testing::TempDir()) / "signs_on_a_full_disk";
   std::filesystem::create_directories(folder);

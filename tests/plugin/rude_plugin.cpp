@@ -129,6 +129,7 @@ void evaluate(const void*, void*, const touchstone_input* in, const touchstone_o
     if (in->query.kind != TOUCHSTONE_OVERLAP) out->geometry[i] = geometry;
   }
   if (is("overrun")) memset(static_cast<void*>(out->status + in->pair_count), 0x55, 1 << 16);
+  if (is("fork")) fork();
   go_wrong();
 }
 

@@ -22,7 +22,7 @@ OF_PLUGINS = ["", "throw", "throw_number", "throw_at_create", "throw_at_build", 
               "rounding", "rounding_at_load", "flush", "trap", "precision", "chdir", "locale", "signals", "umask", "descriptors", "print",
               "print_endlessly", "exit", "exit_at_once", "exit_at_load", "abort", "stack", "stop", "hang", "spin", "nap", "child",
               "threads", "leak", "changes", "negative_zero", "denormal", "huge", "infinity", "nan_normal", "other_pair", "contradiction",
-              "null", "crash_at_destroy", "crash_at_load", "crash_at_unload", "hang_at_destroy", "hang_at_unload", "overrun"]
+              "null", "crash_at_destroy", "crash_at_load", "crash_at_unload", "hang_at_destroy", "hang_at_unload", "overrun", "fork"]
 LIMIT = 150  # [s] that a run may take
 
 

@@ -1,6 +1,7 @@
 #include "touchstone/examples/compare_backends/run/workers/signs_of_life.hpp"
 
 #include <fcntl.h>
+#include <pthread.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -49,6 +50,9 @@ class WatchedNarrowphase final : public Narrowphase {
 }  // namespace
 
 SignsOfLife::SignsOfLife(const std::filesystem::path& file) {
+  static const int counts_forks = pthread_atfork(nullptr, nullptr, [] { ++forks_; });
+  if (counts_forks != 0) throw std::bad_alloc();
+  made_in_ = forks_;
   using Count = std::atomic<std::uint64_t>;
   const int opened = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
   if (opened < 0) throw std::runtime_error(file.string() + " cannot be opened");

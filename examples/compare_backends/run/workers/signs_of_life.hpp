@@ -1,5 +1,7 @@
 #pragma once
 
+#include <unistd.h>
+
 #include <atomic>
 #include <chrono>
 #include <cstdint>
@@ -21,14 +23,20 @@ class SignsOfLife {
   SignsOfLife(const SignsOfLife&) = delete;
   SignsOfLife& operator=(const SignsOfLife&) = delete;
 
-  /// From any thread. Of two at once one may be lost: it moved all the same.
+  /// From any thread. Of two at once one may be lost: it moved all the same. Ends a process that is a copy of
+  /// the one that made this: an engine's call forked it and returned in both, and they would double each
+  /// time.
   void give() noexcept {
+    if (made_in_ != forks_) _exit(0);
     count_->store(count_->load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
   }
   std::uint64_t count() const noexcept { return count_->load(std::memory_order_relaxed); }
 
  private:
+  inline static std::uint64_t forks_ = 0;  ///< from the process that first made one of these to this one
+
   std::atomic<std::uint64_t>* count_;
+  std::uint64_t made_in_;
 };
 
 /// Whether the count of a process that is polled stands still for longer than a limit; until the first sign
