@@ -36,15 +36,22 @@ const char* style_of(Grade grade) {
   return "no-cell";
 }
 
+std::string unbroken_count(std::size_t count) {
+  std::string digits = format_count(count);
+  for (std::size_t at = 0; (at = digits.find(' ', at)) != std::string::npos;) digits.replace(at, 1, "\u00a0");
+  return digits;
+}
+
 std::string text_of(const Cell& cell) {
   if (cell.wrong.supported() == 0) return "-";
   std::string text;
   for (const auto& [count, name] : cell.wrong.kinds())
-    if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", format_count(count), name);
-  if (!text.empty()) text += fmt::format(" of {}; ", format_count(cell.wrong.supported()));
+    if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", unbroken_count(count), name);
+  if (!text.empty()) text += fmt::format(" of {}; ", unbroken_count(cell.wrong.supported()));
   const double worst = shown_cost(cell.cost.worst);
   text += worst != 0 ? fmt::format("{:.0e} S", worst) : text.empty() ? "exact" : "0 S";
-  if (cell.wrong.unsupported > 0) text += fmt::format(", {} not taken", format_count(cell.wrong.unsupported));
+  if (cell.wrong.unsupported > 0)
+    text += fmt::format(", {} not taken", unbroken_count(cell.wrong.unsupported));
   return text;
 }
 

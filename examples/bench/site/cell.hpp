@@ -22,6 +22,8 @@ Grade grade(const Cell& cell);
 const char* style_of(Grade grade);
 /// "3 of 1 000 missed", "2e-16".
 std::string text_of(const Cell& cell);
+/// format_count() of which a line does not end within.
+std::string unbroken_count(std::size_t count);
 /// The answers behind a wrong cell, the dearest first; empty of others.
 std::vector<FiledAnswer> faults(const Cell& cell);
 /// Names an engine's cell in addresses and file names: letters, digits, _ - + and dots only.

@@ -150,8 +150,8 @@ std::string history(const BenchResults& results) {
       for (const QueryKind query : kQueryKinds) {
         const Wrongness wrong = entry.wrong(query);
         row.push_back(wrong.supported() == 0 ? "-"
-                                             : fmt::format("{} of {}", format_count(wrong.total()),
-                                                           format_count(wrong.supported())));
+                                             : fmt::format("{} of {}", unbroken_count(wrong.total()),
+                                                           unbroken_count(wrong.supported())));
       }
       const double worst = entry.worst_over_scale(QueryKind::distance);
       row.push_back(std::isnan(worst) ? "-" : fmt::format("{:.1e}", worst));

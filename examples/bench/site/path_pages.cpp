@@ -43,7 +43,7 @@ std::string first_poses(const Entry& entry) {
     right += cell.pose_right;
     all += cell.pose_right + cell.pose_later + cell.pose_earlier + cell.pose_open;
   }
-  return all == 0 ? "-" : fmt::format("{} of {}", format_count(right), format_count(all));
+  return all == 0 ? "-" : fmt::format("{} of {}", unbroken_count(right), unbroken_count(all));
 }
 
 std::string sets_table(const BenchResults& results) {
@@ -108,10 +108,10 @@ std::string text_of(const PathCell& cell) {
                                                        {cell.phantom, "phantom"}, {cell.early, "early"},
                                                        {cell.failed, "failed"},   {cell.open, "open"}};
   for (const auto& [count, name] : kinds)
-    if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", format_count(count), name);
-  if (!text.empty()) text += fmt::format(" of {}; ", format_count(cell.answered));
+    if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", unbroken_count(count), name);
+  if (!text.empty()) text += fmt::format(" of {}; ", unbroken_count(cell.answered));
   text += fmt::format("{:.0e} S", cell.worst.cost_over_scale);
-  if (cell.unsupported > 0) text += fmt::format(", {} not taken", format_count(cell.unsupported));
+  if (cell.unsupported > 0) text += fmt::format(", {} not taken", unbroken_count(cell.unsupported));
   return text;
 }
 
