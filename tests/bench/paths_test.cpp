@@ -124,6 +124,16 @@ TEST_F(Judged, WhatIsNotAnsweredIsOpenFailedOrNotTaken) {
   EXPECT_EQ(judge(stop(ImpactStatus::iteration_limit, 0.5)).late, 1u);  // stopped early, but too late
 }
 
+TEST_F(Judged, APathOnWhichNoPoseIsAnsweredIsNotTaken) {
+  std::vector<PairStatus> said(kPoses, PairStatus::unsupported);
+  const Impact early = stop(ImpactStatus::blocked, 0.0);
+  EXPECT_EQ(judge(early, said).unsupported, 1u);
+  EXPECT_EQ(judge(early, said).wrong(), 0u);
+  said[4] = PairStatus::overlapping;
+  EXPECT_EQ(judge(early, said).unsupported, 0u);
+  EXPECT_EQ(judge(early, said).early, 1u);
+}
+
 TEST_F(Judged, TheFirstPoseInContactIsCounted) {
   const PathSetResult begun = begin_paths(set, kPoses, truth, poses);
   EXPECT_EQ(begun.meets, 1u);

@@ -102,10 +102,15 @@ PathBackendResult judge_paths(const PairSet& set, std::size_t poses, std::span<c
   result.why_none = answers.why_none;
   for (std::size_t i = 0; i < truth.size(); ++i) {
     const auto here = poses_truth.subspan(i * poses, poses);
-    if (!overlap.empty()) count_pose(here, overlap.subspan(i * poses, poses), result);
+    const auto said = overlap.empty() ? overlap : overlap.subspan(i * poses, poses);
+    if (!said.empty()) count_pose(here, said, result);
     if (truth[i].path_class == PathClass::open || !answers.why_none.empty()) continue;
     const std::optional<Impact>& impact = answers.impacts[i];
-    if (!impact) {
+    // Not taken: its solids were refused, or nowhere on it is there an answer of the pair.
+    const bool is_unanswered = !said.empty() && std::all_of(said.begin(), said.end(), [](PairStatus status) {
+      return status == PairStatus::unsupported;
+    });
+    if (!impact || is_unanswered) {
       ++result.unsupported;
       continue;
     }
