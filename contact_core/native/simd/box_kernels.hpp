@@ -63,19 +63,20 @@ TOUCHSTONE_INLINE double largest_of(const double (&p)[3]) {
 
 /// The first pass of one pair, as far as the face normals.
 struct CoarsePair {
+  double size, position;
   Double4 margin, half_a, half_b;
   Double4 C[3], abs_C[3];  ///< column j of R_A^T R_B
   Double4 T_A;
-  Double4 face;  ///< the lesser slack of A's and B's axes
-  bool counts;   ///< magnitudes are ordinary, and numbers
+  Double4 face_a, face_b;  ///< slacks of A's and B's axes
+  Double4 face;            ///< the lesser of both
+  bool counts;             ///< magnitudes are ordinary, and numbers
 
   TOUCHSTONE_INLINE CoarsePair(const PoseRecord& X_WA, const BoxRecord& a, const PoseRecord& X_WB,
                                const BoxRecord& b) {
     // The margin, from sizes and coordinates.
     const double tx = X_WB.p[0] - X_WA.p[0], ty = X_WB.p[1] - X_WA.p[1], tz = X_WB.p[2] - X_WA.p[2];
-    const double size =
-        (a.reach + b.reach) + ((__builtin_fabs(tx) + __builtin_fabs(ty)) + __builtin_fabs(tz));
-    const double position = largest_of(X_WA.p) + largest_of(X_WB.p);
+    size = (a.reach + b.reach) + ((__builtin_fabs(tx) + __builtin_fabs(ty)) + __builtin_fabs(tz));
+    position = largest_of(X_WA.p) + largest_of(X_WB.p);
     margin = all<Double4>(kCoarse * size + kPositionRoundoffs * kU * position);
 
     // B in A's axes.
@@ -101,7 +102,21 @@ struct CoarsePair {
         (all<Double4>(a.half_extents[0]) * row[0] + all<Double4>(a.half_extents[1]) * row[1]) +
         all<Double4>(a.half_extents[2]) * row[2];
     const Double4 T_B = times(B, tx, ty, tz);
-    face = least((half_a + reach_b) - magnitude(T_A), (half_b + reach_a) - magnitude(T_B));
+    face_a = (half_a + reach_b) - magnitude(T_A), face_b = (half_b + reach_a) - magnitude(T_B);
+    face = least(face_a, face_b);
+  }
+
+  /// The slacks across A's edges and edge j of B, and the squares of these axes' lengths.
+  struct Across {
+    Double4 slack, length2;
+  };
+  TOUCHSTONE_INLINE Across across(int j, const BoxRecord& b) const {
+    const int j1 = (j + 1) % 3, j2 = (j + 2) % 3;
+    const Double4 C1 = next(C[j]), C2 = after_next(C[j]);
+    const Double4 radius_a = next(half_a) * magnitude(C2) + after_next(half_a) * magnitude(C1);
+    const Double4 radius_b =
+        all<Double4>(b.half_extents[j1]) * abs_C[j2] + all<Double4>(b.half_extents[j2]) * abs_C[j1];
+    return {(radius_a + radius_b) - magnitude(after_next(T_A) * C1 - next(T_A) * C2), C1 * C1 + C2 * C2};
   }
 
   static constexpr unsigned kThree = 7;
@@ -114,16 +129,8 @@ struct CoarsePair {
 TOUCHSTONE_INLINE Certified certify_box_pair_inline(const PoseRecord& X_WA, const BoxRecord& a,
                                                     const PoseRecord& X_WB, const BoxRecord& b) {
   const CoarsePair s(X_WA, a, X_WB, b);
-  const Double4 a1 = next(s.half_a), a2 = after_next(s.half_a), T1 = next(s.T_A), T2 = after_next(s.T_A);
   Double4 slack = s.face;
-  for (int j = 0; j < 3; ++j) {
-    const int j1 = (j + 1) % 3, j2 = (j + 2) % 3;
-    const Double4 C1 = next(s.C[j]), C2 = after_next(s.C[j]);
-    const Double4 radius_a = a1 * magnitude(C2) + a2 * magnitude(C1);
-    const Double4 radius_b =
-        all<Double4>(b.half_extents[j1]) * s.abs_C[j2] + all<Double4>(b.half_extents[j2]) * s.abs_C[j1];
-    slack = least(slack, (radius_a + radius_b) - magnitude(T2 * C1 - T1 * C2));
-  }
+  for (int j = 0; j < 3; ++j) slack = least(slack, s.across(j, b).slack);
   // No branch on the answer, which is unpredictable: the next call's loads need not wait for it.
   return verdict(s.counts & (s.in_three(slack < -s.margin) != 0),
                  s.counts & (s.in_three(slack > s.margin) == s.kThree));

@@ -43,25 +43,61 @@ struct BoxPair {
   }
 };
 
-/// The result of search_pair_axes(): by code, and over all. Where that stops apart, the edges' entries are
-/// unset and `code` is 0, whichever face separates.
+/// Lanes of the three axes of a face or an edge; the last stands for none.
+constexpr Mask4 kLaneNumbers = {0, 1, 2, 3};
+constexpr double kInfinite = __builtin_inf();
+
+/// The result of search_pair_axes(): by code 3 k + lane, and over all. Where that stops apart, the edges'
+/// entries are unset and `code` is 0, whichever face separates.
 struct PairSearch {
-  double length2[16], overlap[16];
+  static constexpr int kRows = 5;
+  Double4 length2[kRows], overlap[kRows];
   Double4 turn = {};  // by B's edge
   double least_slack = 0.0;
   int code = 0;
 
-  TOUCHSTONE_INLINE void keep(int first, Double4 L2, Double4 overlap_of) {
-    store(L2, length2 + first), store(overlap_of, overlap + first);  // the next covers the last lane
+  TOUCHSTONE_INLINE void keep(int k, Double4 L2, Double4 overlap_of) {
+    length2[k] = L2;
+    overlap[k] = overlap_of;
   }
 
-  /// Of the least overlap, or the greatest gap; later axes only where they are better.
+  /// Of the least overlap, or the greatest gap, as AxisSearch::choose() finds it: later axes only where they
+  /// are better. What it compares is right to a few u, so that its choice is among those within 2^-40 of the
+  /// least quotient, and no other axis has a part in it.
   TOUCHSTONE_INLINE void choose() {
-    double best_square = __builtin_inf(), best_length2 = 1.0;
-    for (int k = 0; k < 15; ++k) {
-      const double square = overlap[k] * __builtin_fabs(overlap[k]);
-      if (!(square * best_length2 < best_square * length2[k])) continue;
-      best_square = square, best_length2 = length2[k], code = k;
+    // No product of such quotients underflows.
+    constexpr double kNear = 0x1p-40, kTiny = 0x1p-900;
+    Double4 quotient[kRows], lowest = all<Double4>(kInfinite);
+    for (int k = 0; k < kRows; ++k) {
+      const Double4 of_three = overlap[k] * magnitude(overlap[k]) / length2[k];
+      quotient[k] = kLaneNumbers < Mask4{} + 3LL ? of_three : all<Double4>(kInfinite);
+      lowest = least(quotient[k], lowest);
+    }
+    lowest = least(lowest, __builtin_shufflevector(lowest, lowest, 2, 3, 0, 1));
+    lowest = least(lowest, __builtin_shufflevector(lowest, lowest, 1, 0, 3, 2));
+    const Double4 limit = lowest + (magnitude(lowest) * all<Double4>(kNear) + all<Double4>(kTiny));
+    unsigned near = 0;
+    for (int k = 0; k < kRows; ++k) near |= bits(quotient[k] <= limit) << 4 * k;
+    if (near == 0) return;
+    code = code_at(__builtin_ctz(near));
+    if ((near & (near - 1)) != 0) choose_among(near);
+  }
+
+ private:
+  TOUCHSTONE_INLINE static int code_at(int place) { return 3 * (place / 4) + place % 4; }
+
+  /// @param near their places, 4 k + lane
+  TOUCHSTONE_INLINE void choose_among(unsigned near) {
+    double square_of[4 * kRows], length2_of[4 * kRows];
+    for (int k = 0; k < kRows; ++k) {
+      store(overlap[k] * magnitude(overlap[k]), square_of + 4 * k);
+      store(length2[k], length2_of + 4 * k);
+    }
+    double best_square = kInfinite, best_length2 = 1.0;
+    for (; near != 0; near &= near - 1) {
+      const int place = __builtin_ctz(near);
+      if (!(square_of[place] * best_length2 < best_square * length2_of[place])) continue;
+      best_square = square_of[place], best_length2 = length2_of[place], code = code_at(place);
     }
   }
 };
@@ -94,8 +130,10 @@ TOUCHSTONE_INLINE Double4 refine_pair_axes(const BoxPair& boxes, const double* R
       slack[i] = __builtin_inf();
       continue;
     }
-    const int code = 6 + 3 * i + which[i];
-    search.overlap[code] = overlap[i], search.length2[code] = fine.L2[i];
+    const Mask4 at = kLaneNumbers == Mask4{} + static_cast<long long>(which[i]);
+    const int row = 2 + i;
+    search.overlap[row] = at ? all<Double4>(overlap[i]) : search.overlap[row];
+    search.length2[row] = at ? all<Double4>(fine.L2[i]) : search.length2[row];
     if (none[i]) search.turn[which[i]] += turn[i];
   }
   return slack;
@@ -126,7 +164,7 @@ TOUCHSTONE_INLINE void search_pair_axes(const BoxPair& boxes, const double* R_WB
         (boxes.extents[s] * boxes.volume[s] + reach) - magnitude(dot(boxes.normal[s], boxes.T));
     const Double4 overlap = slack < -margin ? slack : greatest(slack, Double4{});
     least_slack = least(least_slack, slack), least_overlap = least(least_overlap, overlap);
-    search.keep(3 * s, dot(boxes.normal[s], boxes.normal[s]), overlap);
+    search.keep(s, dot(boxes.normal[s], boxes.normal[s]), overlap);
   }
   if (stop_apart && (bits(least_slack < -margin) & 7u) != 0) {
     search.least_slack = least_of_three(least_slack);
@@ -152,7 +190,7 @@ TOUCHSTONE_INLINE void search_pair_axes(const BoxPair& boxes, const double* R_WB
     any_short |= shorts;
     if ((bits(none) & 7u) != 0) search.turn = search.turn + (none ? turn_by(L) : Double4{});
     least_slack = least(least_slack, is_short ? infinity : slack);
-    search.keep(6 + 3 * i, L2,
+    search.keep(2 + i, L2,
                 none | loses ? infinity : (slack < -margin ? slack : greatest(slack, Double4{}) + tie));
   }
   if (any_short != 0)
@@ -174,11 +212,14 @@ TOUCHSTONE_INLINE double dot_lanes(Double4 p, Double4 q) {
   const Double4 product = p * q;
   return (product[0] + product[1]) + product[2];
 }
+TOUCHSTONE_INLINE Double4 cross_lanes(Double4 p, Double4 q) {
+  return next(p) * after_next(q) - after_next(p) * next(q);
+}
 TOUCHSTONE_INLINE Vector3Of<Double4> spread(Double4 p) {
   return {all<Double4>(p[0]), all<Double4>(p[1]), all<Double4>(p[2])};
 }
 
-/// depth_along() a face's normal.
+/// Of depth_along() one axis.
 struct PairDepth {
   double separation;
   Double4 n, p_A;  // coordinates in lanes
@@ -193,6 +234,7 @@ TOUCHSTONE_INLINE Double4 signed_vertex(const PoseRecord& X, Double4 sign, Doubl
          in_lanes(X.p);
 }
 
+/// depth_along() a face's normal.
 TOUCHSTONE_INLINE PairDepth depth_along_face(const PoseRecord* const (&X)[2], const BoxPair& boxes, int code,
                                              double level, double tolerance) {
   const int with_face = code < 3 ? 0 : 1, other = 1 - with_face;  // whose face it is
@@ -229,7 +271,54 @@ TOUCHSTONE_INLINE PairDepth depth_along_face(const PoseRecord* const (&X)[2], co
   return out;
 }
 
-/// depth_along() any axis, with idle lanes.
+struct EdgeNumbers {
+  int a, b;
+};
+TOUCHSTONE_INLINE EdgeNumbers edge_of(int code) { return {(code - 6) / 3, code % 3}; }
+
+/// Across both edges, in lanes.
+TOUCHSTONE_INLINE Double4 edges_axis(const PoseRecord* const (&X)[2], EdgeNumbers edge) {
+  return cross_lanes(in_lanes(*X[0], edge.a), in_lanes(*X[1], edge.b));
+}
+TOUCHSTONE_INLINE bool is_short(Double4 axis) { return dot_lanes(axis, axis) < kShortAxis2; }
+
+/// depth_along() an axis across two edges, no short one.
+TOUCHSTONE_INLINE PairDepth depth_along_edges(const PoseRecord* const (&X)[2], const BoxPair& boxes,
+                                              const BoxRecord* const (&box)[2], EdgeNumbers edges,
+                                              double tolerance) {
+  const Double4 axis = edges_axis(X, edges);
+  const int edge[2] = {edges.a, edges.b};
+  const double T[3] = {boxes.T.x[0], boxes.T.y[0], boxes.T.z[0]};
+  const double forward = dot_lanes(axis, in_lanes(T)) >= 0.0 ? 1.0 : -1.0;
+  PairDepth out;
+  out.n = all<Double4>(forward / square_root(Double2{dot_lanes(axis, axis), 1.0})[0]) * axis;
+  const Vector3Of<Double4> n = spread(out.n);
+  // The supporting vertices, and the edges from there inwards.
+  Double4 vertex[2], inward[2];
+  double twice[2];
+  const Double4 one = all<Double4>(1.0);
+  for (int s = 0; s < 2; ++s) {
+    const Mask4 behind = dot(boxes.direction[s], n) >= Double4{};
+    const Double4 sign = s == 0 ? (behind ? one : -one) : (behind ? -one : one);
+    vertex[s] = signed_vertex(*X[s], sign, boxes.extents[s]);
+    const bool is_low = ((bits(behind) >> edge[s] & 1u) != 0) == (s == 1);
+    inward[s] = all<Double4>(is_low ? 1.0 : -1.0) * in_lanes(*X[s], edge[s]);
+    twice[s] = 2.0 * box[s]->half_extents[edge[s]];
+  }
+  const Double4 between = vertex[1] - vertex[0];
+  const double raw = dot_lanes(between, out.n);
+  out.separation = raw < 0.0 ? raw : 0.0;
+  // As edge_witness().
+  const Double4 b_n = cross_lanes(inward[1], out.n), a_n = cross_lanes(inward[0], out.n);
+  const Double2 along =
+      Double2{dot_lanes(between, b_n), dot_lanes(between, a_n)} / all<Double2>(dot_lanes(inward[0], b_n));
+  const Double2 on = clamped<Double2>(along, Double2{twice[0], twice[1]});
+  out.p_A = vertex[0] + all<Double4>(on[0]) * inward[0];
+  out.has_witness = bits(magnitude(along - on) <= all<Double2>(tolerance)) == 3u;
+  return out;
+}
+
+/// depth_along() any axis, with idle lanes: those across edges that are nearly parallel.
 TOUCHSTONE_INLINE void depth_along_axis(const PoseRecord* const (&X)[2], const BoxRecord* const (&box)[2],
                                         const PairSearch& found, DepthRecord* out) {
   BoxSolid<Double2> A, B;
@@ -245,39 +334,96 @@ TOUCHSTONE_INLINE void depth_along_axis(const PoseRecord* const (&X)[2], const B
   write<Double2>(depth_along<BoxSolid<Double2>, Double2>(A, normal_a, B, normal_b, scale, search), 1, out);
 }
 
-TOUCHSTONE_INLINE void compute_box_pair_depth_inline(const PoseRecord& X_WA, const BoxRecord& a,
-                                                     const PoseRecord& X_WB, const BoxRecord& b,
-                                                     bool only_contacts, DepthRecord* out) {
-  // Most pairs that are apart are so along a face's normal, which a third of the work tells.
-  if (only_contacts && CoarsePair(X_WA, a, X_WB, b).separates()) {
-    out->certified = Certified::separated;
-    out->known = DepthKnown::nothing;
-    return;
+/// The axis that search_pair_axes() surely chooses, from the first pass of CoarsePair, and the class; code -1
+/// where that pass leaves one of the two open.
+///
+/// Its slacks s' are within 40 delta size + 48 u size < 2^-14 size of those s that the search has: both are
+/// within 14 delta size of those of the nearest rotations (box_box_overlap.cpp), and cross axes are replaced
+/// at another 6 delta size. Squares of lengths |L'| are within 12 delta < 2^-16. No edges here are as near to
+/// parallel as the search's short axes, |L'|^2 > 2^-7 - 2^-14, so that s' / |L'| is within 2^-10 size and
+/// 2^-10 size of s / |L|, of the first and the second error. Where all others lie 2^-8 size above the least,
+/// the search chooses that; and slacks beyond 2^-13 size + 8 u P are beyond its margins.
+struct SureAxis {
+  static constexpr double kApart = 0x1p-8, kSlackError = 0x1p-13, kNotParallel = 1.0 - 0x1p-8;
+  int code = -1;
+  bool is_apart = false;  ///< by one of the 15 axes
+
+  TOUCHSTONE_INLINE SureAxis(const CoarsePair& coarse, const BoxRecord& b) {
+    const Double4 steepest = greatest(greatest(coarse.abs_C[0], coarse.abs_C[1]), coarse.abs_C[2]);
+    if (CoarsePair::in_three(steepest <= all<Double4>(kNotParallel)) != CoarsePair::kThree) return;
+    // Squares of all overlaps, or gaps below 0: by A's faces, B's, and B's edges.
+    Double4 square[5] = {coarse.face_a * magnitude(coarse.face_a), coarse.face_b * magnitude(coarse.face_b)};
+    Double4 least_slack = coarse.face, least_square = least(square[0], square[1]);
+    for (int j = 0; j < 3; ++j) {
+      const auto [slack, length2] = coarse.across(j, b);
+      square[2 + j] = slack * magnitude(slack) / length2;
+      least_slack = least(least_slack, slack), least_square = least(least_square, square[2 + j]);
+    }
+    is_apart = coarse.counts & (CoarsePair::in_three(least_slack < -coarse.margin) != 0);
+    // The least one, if no other is near it.
+    const double lowest = least_of_three(least_square);
+    const double root = square_root(Double2{__builtin_fabs(lowest), 1.0})[0];
+    const double reach = (lowest < 0.0 ? -root : root) + kApart * coarse.size;
+    const Double4 limit = all<Double4>(reach * __builtin_fabs(reach));
+    unsigned near = 0;
+    for (int k = 0; k < 5; ++k) near |= CoarsePair::in_three(square[k] <= limit) << 3 * k;
+    const double error = kSlackError * coarse.size + 2.0 * kPositionRoundoffs * kU * coarse.position;
+    if (!(coarse.counts & (near != 0) & ((near & (near - 1)) == 0) &
+          (__builtin_fabs(least_of_three(least_slack)) > error)))
+      return;
+    const int place = __builtin_ctz(near);
+    code = place < 6 ? place : 6 + 3 * (place % 3) + (place - 6) / 3;
   }
-  const PoseRecord* const X[2] = {&X_WA, &X_WB};
-  const BoxRecord* const box[2] = {&a, &b};
-  const BoxPair boxes(X, box);
-  const double size = (a.reach + b.reach) + sum(boxes.T)[0];
-  const double position = largest_of(X_WA.p) + largest_of(X_WB.p);
-  const double unit_size = kU * size, unit_position = kU * position;
-  const double margin = kParallelepipedRoundoffs * unit_size + kPositionRoundoffs * unit_position;
-  PairSearch search;
-  search_pair_axes(boxes, X_WB.R, unit_size, margin, only_contacts, search);
-  const bool ordinary = size + position < kOrdinaryHigh;
-  const double turn = (search.turn[0] + search.turn[1]) + search.turn[2];
-  const bool separated = search.least_slack < -margin && ordinary;
-  out->certified = verdict(separated, search.least_slack > margin + turn * size && ordinary);
-  out->known = DepthKnown::nothing;
-  out->axis = static_cast<std::uint8_t>(search.code);
-  if (!ordinary || separated) return;
-  if (search.code >= 6) return depth_along_axis(X, box, search, out);
-  const PairDepth depth = depth_along_face(X, boxes, search.code, kLevelRoundoffs * unit_size,
-                                           kWitnessRoundoffs * (unit_size + unit_position));
+};
+
+TOUCHSTONE_INLINE void write_depth(const PairDepth& depth, DepthRecord* out) {
   // In two stores, each of which whole vectors may be loaded from at once.
   store(Double4{depth.separation, depth.n[0], depth.n[1], depth.n[2]}, (double*)out);
   store(__builtin_shufflevector(depth.p_A, depth.p_A, 0, 1), out->p_A);
   out->p_A[2] = depth.p_A[2];
   out->known = depth_known(true, depth.has_witness);
+}
+
+TOUCHSTONE_INLINE void compute_box_pair_depth_inline(const PoseRecord& X_WA, const BoxRecord& a,
+                                                     const PoseRecord& X_WB, const BoxRecord& b,
+                                                     bool only_contacts, DepthRecord* out) {
+  // Most pairs that are apart are so along a face's normal, which a third of the work tells.
+  const CoarsePair coarse(X_WA, a, X_WB, b);
+  out->known = DepthKnown::nothing;
+  out->certified = Certified::separated;
+  if (only_contacts && coarse.separates()) return;
+  const SureAxis sure(coarse, b);
+  if (only_contacts && sure.is_apart) return;
+
+  const PoseRecord* const X[2] = {&X_WA, &X_WB};
+  const BoxRecord* const box[2] = {&a, &b};
+  const BoxPair boxes(X, box);
+  const double size = coarse.size, position = coarse.position;
+  const double unit_size = kU * size, unit_position = kU * position;
+  const double tolerance = kWitnessRoundoffs * (unit_size + unit_position);
+  int code = sure.code;
+  if (code >= 0) {
+    out->axis = static_cast<std::uint8_t>(code);
+    if (sure.is_apart) return;
+    out->certified = Certified::overlapping;
+  } else {
+    // The search tells.
+    const double margin = kParallelepipedRoundoffs * unit_size + kPositionRoundoffs * unit_position;
+    PairSearch search;
+    search_pair_axes(boxes, X_WB.R, unit_size, margin, only_contacts, search);
+    const bool ordinary = size + position < kOrdinaryHigh;
+    const double turn = (search.turn[0] + search.turn[1]) + search.turn[2];
+    const bool separated = search.least_slack < -margin && ordinary;
+    out->certified = verdict(separated, search.least_slack > margin + turn * size && ordinary);
+    code = search.code;
+    out->axis = static_cast<std::uint8_t>(code);
+    if (!ordinary || separated) return;
+    if (code >= 6 && is_short(edges_axis(X, edge_of(code)))) return depth_along_axis(X, box, search, out);
+  }
+  // Along a face's normal, or across two edges.
+  write_depth(code < 6 ? depth_along_face(X, boxes, code, kLevelRoundoffs * unit_size, tolerance)
+                       : depth_along_edges(X, boxes, box, edge_of(code), tolerance),
+              out);
 }
 
 }  // namespace touchstone::native::TOUCHSTONE_ISA
