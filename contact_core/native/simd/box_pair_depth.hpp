@@ -349,8 +349,12 @@ struct SureAxis {
   bool is_apart = false;  ///< by one of the 15 axes
 
   TOUCHSTONE_INLINE SureAxis(const CoarsePair& coarse, const BoxRecord& b) {
+    // Of nearly parallel edges, and of pairs that nearly touch with a face, the search tells more.
+    const double error = kSlackError * coarse.size + 2.0 * kPositionRoundoffs * kU * coarse.position;
     const Double4 steepest = greatest(greatest(coarse.abs_C[0], coarse.abs_C[1]), coarse.abs_C[2]);
-    if (CoarsePair::in_three(steepest <= all<Double4>(kNotParallel)) != CoarsePair::kThree) return;
+    if ((CoarsePair::in_three(steepest <= all<Double4>(kNotParallel)) != CoarsePair::kThree) |
+        !(__builtin_fabs(least_of_three(coarse.face)) > error))
+      return;
     // Squares of all overlaps, or gaps below 0: by A's faces, B's, and B's edges.
     Double4 square[5] = {coarse.face_a * magnitude(coarse.face_a), coarse.face_b * magnitude(coarse.face_b)};
     Double4 least_slack = coarse.face, least_square = least(square[0], square[1]);
@@ -367,7 +371,6 @@ struct SureAxis {
     const Double4 limit = all<Double4>(reach * __builtin_fabs(reach));
     unsigned near = 0;
     for (int k = 0; k < 5; ++k) near |= CoarsePair::in_three(square[k] <= limit) << 3 * k;
-    const double error = kSlackError * coarse.size + 2.0 * kPositionRoundoffs * kU * coarse.position;
     if (!(coarse.counts & (near != 0) & ((near & (near - 1)) == 0) &
           (__builtin_fabs(least_of_three(least_slack)) > error)))
       return;
