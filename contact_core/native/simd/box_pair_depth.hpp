@@ -390,24 +390,28 @@ TOUCHSTONE_INLINE void write_depth(const PairDepth& depth, DepthRecord* out) {
 TOUCHSTONE_INLINE void compute_box_pair_depth_inline(const PoseRecord& X_WA, const BoxRecord& a,
                                                      const PoseRecord& X_WB, const BoxRecord& b,
                                                      bool only_contacts, DepthRecord* out) {
-  // Most pairs that are apart are so along a face's normal, which a third of the work tells.
-  const CoarsePair coarse(X_WA, a, X_WB, b);
   out->known = DepthKnown::nothing;
   out->certified = Certified::separated;
-  if (only_contacts && coarse.separates()) return;
-  const SureAxis sure(coarse, b);
-  if (only_contacts && sure.is_apart) return;
+  // Most pairs that are apart are so along a face's normal, which a third of the work tells. Where distances
+  // are asked for, that work would come on top for flush pairs, which the search decides.
+  int code = -1;
+  if (only_contacts) {
+    const CoarsePair coarse(X_WA, a, X_WB, b);
+    if (coarse.separates()) return;
+    const SureAxis sure(coarse, b);
+    if (sure.is_apart) return;
+    code = sure.code;
+  }
 
   const PoseRecord* const X[2] = {&X_WA, &X_WB};
   const BoxRecord* const box[2] = {&a, &b};
   const BoxPair boxes(X, box);
-  const double size = coarse.size, position = coarse.position;
+  const double size = (a.reach + b.reach) + sum(boxes.T)[0];
+  const double position = largest_of(X_WA.p) + largest_of(X_WB.p);
   const double unit_size = kU * size, unit_position = kU * position;
   const double tolerance = kWitnessRoundoffs * (unit_size + unit_position);
-  int code = sure.code;
   if (code >= 0) {
     out->axis = static_cast<std::uint8_t>(code);
-    if (sure.is_apart) return;
     out->certified = Certified::overlapping;
   } else {
     // The search tells.
