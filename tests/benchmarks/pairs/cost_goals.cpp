@@ -66,7 +66,7 @@ constexpr const char* kAhead =
     "and "
     "each step waits for the one before";
 constexpr const char* kAligned = "coordinates are compared after the filter for boxes at any turn";
-constexpr const char* kAxes = "750 instructions find the axis of a lone pair, 950 its nearest points";
+constexpr const char* kAxes = "780 instructions find the axis of a lone pair, 950 its nearest points";
 // Instructions are a pair's, counted in four lanes (AVX2).
 constexpr const char* kDepth =
     "1 190 to 1 250 instructions, of which the depth's certificate, which tells the class, takes 680 to 730";
