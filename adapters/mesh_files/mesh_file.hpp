@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "touchstone/contact_core/fit/triangle_mesh.hpp"
 
@@ -60,10 +61,11 @@ struct MeshReport {
   std::size_t first_crowded = 0;
   std::size_t turned_edges = 0;  ///< edges that both triangles run along in one direction, after the next
   std::size_t first_turned = 0;
-  /// Triangles that faced the other way than most of a surface without a boundary, each of its edges between
-  /// two triangles, where it has two sides: there, and nowhere else, they were turned.
-  std::size_t triangles_turned = 0;
-  std::size_t first_triangle_turned = 0;
+  /// Ascending indices of the triangles that were turned so that a surface faces one way. Only surfaces
+  /// without a boundary, each edge between two triangles, with two sides, of which some triangles face one
+  /// and some the other are turned: outwards, or, where another may enclose them (they do not reach the
+  /// mesh's box), as at least three quarters of their triangles face, as they may be cavities. Others stay.
+  std::vector<std::uint32_t> triangles_turned;
   std::size_t shells = 0;  ///< parts that share no vertex
   double volume = 0.0;     ///< signed, by the triangles' order [m3]; below 0: inside out. Closed meshes only
   Vector3 low = Vector3::Zero(), high = Vector3::Zero();  ///< corners of the box along the axes [m]

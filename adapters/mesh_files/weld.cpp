@@ -159,23 +159,58 @@ Surface surface_from(std::uint32_t first, const Neighbours& neighbours, std::vec
   return surface;
 }
 
-/// Where a surface bounds something, its triangles have to face one way: as most of them do.
-void turn_to_one_side(const std::vector<std::uint32_t>& in_file, std::vector<Triangle>& triangles,
-                      MeshReport& report) {
-  const Neighbours neighbours(triangles);
-  std::vector<std::uint8_t> faces(triangles.size(), 0);
-  for (std::uint32_t first = 0; first < triangles.size(); ++first) {
+/// Six times the volume that a surface bounds where its triangles face as its first one does.
+double six_volumes(const Surface& surface, const std::vector<std::uint8_t>& faces, const TriangleMesh& mesh) {
+  const Vector3& about = mesh.vertices[mesh.triangles[surface.triangles[0]][0]];
+  double sum = 0.0;
+  for (const std::uint32_t t : surface.triangles) {
+    const auto& [i, j, k] = mesh.triangles[t];
+    const double six =
+        dot(mesh.vertices[i] - about, cross(mesh.vertices[j] - about, mesh.vertices[k] - about));
+    sum += faces[t] == 1 ? six : -six;
+  }
+  return sum;
+}
+
+/// Whether another surface may enclose it: it does not reach the sides of the mesh's box.
+bool may_be_enclosed(const Surface& surface, const TriangleMesh& mesh, const MeshReport& report) {
+  const auto is_within = [&](const Vector3& v) {
+    for (int i = 0; i < 3; ++i)
+      if (!(v[i] > report.low[i] && v[i] < report.high[i])) return false;
+    return true;
+  };
+  return std::all_of(surface.triangles.begin(), surface.triangles.end(), [&](std::uint32_t t) {
+    const Triangle& corners = mesh.triangles[t];
+    return std::all_of(corners.begin(), corners.end(),
+                       [&](std::uint32_t v) { return is_within(mesh.vertices[v]); });
+  });
+}
+
+/// @return those to be turned, as `faces` has them; 0: none.
+std::uint8_t wrong_side(const Surface& surface, const std::vector<std::uint8_t>& faces,
+                        const TriangleMesh& mesh, const MeshReport& report) {
+  const std::size_t all = surface.triangles.size(), other = surface.facing_other;
+  // Within another one it is a cavity or a solid: triangles that face both ways about as often do not say.
+  if (may_be_enclosed(surface, mesh, report)) return 4 * other <= all ? 2 : 4 * (all - other) <= all ? 1 : 0;
+  return six_volumes(surface, faces, mesh) < 0.0 ? 1 : 2;
+}
+
+/// Where a surface bounds something, its triangles have to face one way.
+void turn_to_one_side(const std::vector<std::uint32_t>& in_file, TriangleMesh& mesh, MeshReport& report) {
+  const Neighbours neighbours(mesh.triangles);
+  std::vector<std::uint8_t> faces(mesh.triangles.size(), 0);
+  for (std::uint32_t first = 0; first < mesh.triangles.size(); ++first) {
     if (faces[first] != 0) continue;
     const Surface surface = surface_from(first, neighbours, faces);
     if (!surface.may_be_turned || surface.facing_other == 0) continue;
-    const std::uint8_t wrong = 2 * surface.facing_other > surface.triangles.size() ? 1 : 2;
+    const std::uint8_t wrong = wrong_side(surface, faces, mesh, report);
     for (const std::uint32_t t : surface.triangles) {
       if (faces[t] != wrong) continue;
-      std::swap(triangles[t][1], triangles[t][2]);
-      if (report.triangles_turned++ == 0 || in_file[t] < report.first_triangle_turned)
-        report.first_triangle_turned = in_file[t];
+      std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
+      report.triangles_turned.push_back(in_file[t]);
     }
   }
+  std::sort(report.triangles_turned.begin(), report.triangles_turned.end());
 }
 
 std::size_t count_shells(const TriangleMesh& mesh) {
@@ -195,17 +230,17 @@ LoadedMesh weld(const Soup& soup, const ReadTask& task) {
   const std::vector<std::uint32_t> in_file = take_triangles(soup, task, out);
   if (out.mesh.triangles.empty())
     task.fail(soup.triangles.empty() ? "no triangle" : "none of its triangles has an area");
-  count_edges(out.mesh.triangles, in_file, out.report);
-  if (!out.report.is_oriented()) {
-    turn_to_one_side(in_file, out.mesh.triangles, out.report);
-    if (out.report.triangles_turned > 0) count_edges(out.mesh.triangles, in_file, out.report);
-  }
-  out.report.shells = count_shells(out.mesh);
   out.report.low = out.report.high = out.mesh.vertices[0];
   for (const Vector3& v : out.mesh.vertices) {
     out.report.low = out.report.low.cwiseMin(v);
     out.report.high = out.report.high.cwiseMax(v);
   }
+  count_edges(out.mesh.triangles, in_file, out.report);
+  if (!out.report.is_oriented()) {
+    turn_to_one_side(in_file, out.mesh, out.report);
+    if (!out.report.triangles_turned.empty()) count_edges(out.mesh.triangles, in_file, out.report);
+  }
+  out.report.shells = count_shells(out.mesh);
   return out;
 }
 

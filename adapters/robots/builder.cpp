@@ -122,7 +122,7 @@ RobotBuilder::Loaded RobotBuilder::load(const std::filesystem::path& file, const
   }
   if (scale.x() * scale.y() * scale.z() < 0.0)  // mirrored: what was outside is inside
     for (auto& t : loaded.mesh.triangles) std::swap(t[1], t[2]);
-  if (!loaded.report.bounds_a_solid() || loaded.report.triangles_turned > 0)
+  if (!loaded.report.bounds_a_solid() || !loaded.report.triangles_turned.empty())
     robot_->notes.push_back(file.string() + ": " + to_string(loaded.report));
   return loaded_.emplace(key, made_of(std::move(loaded.mesh), file.filename().string())).first->second;
 }

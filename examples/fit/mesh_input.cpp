@@ -40,7 +40,7 @@ ReadMesh read_mesh(const std::filesystem::path& file, const MeshInput& input) {
   if (is_plain_stl) options.most_triangles = options.most_shells = std::numeric_limits<std::size_t>::max();
   LoadedMesh loaded = load_mesh(file, options);
   if (is_plain_stl) out.mesh = read_stl(file.string(), out.metres_per_unit);
-  const bool is_whole = loaded.report.bounds_a_solid(), is_healed = loaded.report.triangles_turned > 0;
+  const bool is_whole = loaded.report.bounds_a_solid(), is_healed = !loaded.report.triangles_turned.empty();
   // Triangles without an area close seams, or hang on a solid that is closed without them.
   const bool hang = is_plain_stl && is_whole && find_shells(weld(out.mesh)).open_edges > 0;
   if (!is_whole || is_healed || hang || loaded.report.rounding > 0.0) out.note = to_string(loaded.report);

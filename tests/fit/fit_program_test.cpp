@@ -271,6 +271,20 @@ TEST_F(FittedFile, TablesHaveALineAMesh) {
   EXPECT_THAT(scene_text(runs[0].fit, "angle", "d"), HasSubstr("      - name: h1\n"));
 }
 
+std::string facet(const Vector3& a, const Vector3& b, const Vector3& c) {
+  std::string text = "facet normal 0 0 0\nouter loop\n";
+  for (const Vector3& p : {a, b, c})
+    text += "vertex " + figure(p.x()) + " " + figure(p.y()) + " " + figure(p.z()) + "\n";
+  return text + "endloop\nendfacet\n";
+}
+
+std::string facets(const TriangleMesh& mesh) {
+  std::string text;
+  for (const auto& t : mesh.triangles)
+    text += facet(mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]);
+  return text;
+}
+
 /// A block of 2 x 1 x 3 of the file's units, standing along y.
 class OtherFormats : public FolderTest {
  protected:
@@ -315,17 +329,8 @@ TEST_F(OtherFormats, TheAxisThatPointsUpIsStatedAndKept) {
 // A fan without an area hangs on the block's edge: with it the shell is open, and would be covered as a
 // sheet.
 TEST_F(OtherFormats, TrianglesWithoutAnAreaLeaveNoSolidOpen) {
-  const auto facet = [](const Vector3& a, const Vector3& b, const Vector3& c) {
-    std::string text = "facet normal 0 0 0\nouter loop\n";
-    for (const Vector3& p : {a, b, c})
-      text += "vertex " + std::to_string(p.x()) + " " + std::to_string(p.y()) + " " + std::to_string(p.z()) +
-              "\n";
-    return text + "endloop\nendfacet\n";
-  };
-  const TriangleMesh block = test::box_mesh({0, 0, 0}, {2, 1, 3});
-  std::string solid, fan;
-  for (const auto& t : block.triangles)
-    solid += facet(block.vertices[t[0]], block.vertices[t[1]], block.vertices[t[2]]);
+  const std::string solid = facets(test::box_mesh({0, 0, 0}, {2, 1, 3}));
+  std::string fan;
   for (int i = 1; i < 4; ++i) fan += facet({0, 0, 3}, {0.5 * i, 0, 3}, {0.5 * i + 0.25, 0, 3});
   const FitRun run = fit(write("block.stl", "solid a\n" + solid + fan + "endsolid a\n"), {1.0});
   EXPECT_EQ(run.open_edges, 0U);
@@ -339,16 +344,7 @@ TEST_F(OtherFormats, TrianglesWithoutAnAreaLeaveNoSolidOpen) {
 TEST_F(OtherFormats, ATurnedTriangleLeavesTheSolidWhole) {
   TriangleMesh block = test::box_mesh({0, 0, 0}, {2, 1, 3});
   std::swap(block.triangles[5][1], block.triangles[5][2]);
-  std::string text = "solid a\n";
-  for (const auto& t : block.triangles) {
-    text += "facet normal 0 0 0\nouter loop\n";
-    for (const std::uint32_t i : t) {
-      const Vector3& p = block.vertices[i];
-      text += "vertex " + figure(p.x()) + " " + figure(p.y()) + " " + figure(p.z()) + "\n";
-    }
-    text += "endloop\nendfacet\n";
-  }
-  const std::filesystem::path file = write("block.stl", text + "endsolid a\n");
+  const std::filesystem::path file = write("block.stl", "solid a\n" + facets(block) + "endsolid a\n");
   const FitRun run = fit(file, {1.0});
   EXPECT_EQ(run.closed_shells, 1U);
   EXPECT_EQ(run.fit.hexahedra.size(), 1U);
@@ -358,6 +354,16 @@ TEST_F(OtherFormats, ATurnedTriangleLeavesTheSolidWhole) {
   EXPECT_THAT(
       refusal_of([&] { fit(write("lfs.stl", "version https://git-lfs.github.com/spec/v1\n"), {1.0}); }),
       HasSubstr("lfs.stl: is a pointer of Git LFS"));
+}
+
+// Half of whose triangles face in: it is no cavity, and costs nothing.
+TEST_F(OtherFormats, ATurnedHalfOfAnInnerSolidMakesNoCavity) {
+  TriangleMesh inner = test::box_mesh({1, 1, 1}, {2, 2, 2});
+  for (std::size_t t = 0; t < 6; ++t) std::swap(inner.triangles[t][1], inner.triangles[t][2]);
+  const std::string outer = facets(test::box_mesh({0, 0, 0}, {3, 3, 3}));
+  const FitRun run = fit(write("nested.stl", "solid a\n" + outer + facets(inner) + "endsolid a\n"), {1.0});
+  EXPECT_EQ(run.fit.hexahedra.size(), 1U);
+  EXPECT_THAT(run.note, HasSubstr("face opposite ways"));
 }
 
 // Meshes that are refused for so many shells are taken as sheets where they are STL.

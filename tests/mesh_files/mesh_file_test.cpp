@@ -13,7 +13,9 @@
 namespace touchstone {
 namespace {
 
+using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::IsEmpty;
 
 /// A file that is gone when the test is over.
 class TemporaryFile {
@@ -198,7 +200,7 @@ TEST(MeshFile, WhatIsNotASolidIsNamedByTriangle) {
           .report;
   EXPECT_TRUE(one_sided.is_manifold());
   EXPECT_FALSE(one_sided.is_oriented());
-  EXPECT_EQ(one_sided.triangles_turned, 0u);
+  EXPECT_THAT(one_sided.triangles_turned, IsEmpty());
   EXPECT_THAT(to_string(one_sided), HasSubstr("face opposite ways"));
 
   const MeshReport crowded =
@@ -215,21 +217,84 @@ TEST(MeshFile, WhatIsNotASolidIsNamedByTriangle) {
 }
 
 // Of a surface without a boundary; a sheet beside it, which faces both ways too, is left as it is.
-TEST(MeshFile, TrianglesThatFaceTheOtherWayThanMostAreTurned) {
+TEST(MeshFile, TrianglesThatFaceTheOtherWayAreTurned) {
   const std::string vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 5 0 0\nv 6 0 0\nv 5 1 0\nv 6 1 0\n";
   const std::string solid = "f 1 3 2\nf 1 2 4\nf 1 4 3\n", sheet = "f 5 6 7\nf 6 7 8\n";
   const LoadedMesh healed = load("a.obj", vertices + solid + "f 2 4 3\n");
   EXPECT_TRUE(healed.report.bounds_a_solid());
   EXPECT_EQ(healed.report.volume, 1.0 / 6.0);
-  EXPECT_EQ(healed.report.triangles_turned, 1u);
+  EXPECT_THAT(healed.report.triangles_turned, ElementsAre(3));
   EXPECT_EQ(healed.mesh.triangles[3], (std::array<std::uint32_t, 3>{2, 1, 3}));
   EXPECT_THAT(to_string(healed.report),
               HasSubstr("1 turned to face as the others do, the first at triangle 3"));
   const MeshReport both = load("a.obj", vertices + sheet + "f 2 4 3\n" + solid).report;
-  EXPECT_EQ(both.triangles_turned, 1u);
-  EXPECT_EQ(both.first_triangle_turned, 2u);
+  EXPECT_THAT(both.triangles_turned, ElementsAre(2));
   EXPECT_EQ(both.turned_edges, 1u);
   EXPECT_EQ(both.first_turned, 0u);
+}
+
+/// Faces of a block, its vertices from 1 + `first`, the first `inward` of which face in.
+std::string block_faces(int first, int inward) {
+  std::string text;
+  for (std::array<int, 3> f : std::vector<std::array<int, 3>>{{1, 2, 4},
+                                                              {1, 4, 3},
+                                                              {5, 7, 8},
+                                                              {5, 8, 6},
+                                                              {1, 5, 6},
+                                                              {1, 6, 2},
+                                                              {3, 4, 8},
+                                                              {3, 8, 7},
+                                                              {1, 3, 7},
+                                                              {1, 7, 5},
+                                                              {2, 6, 8},
+                                                              {2, 8, 4}}) {
+    if (inward-- > 0) std::swap(f[1], f[2]);
+    text += "f";
+    for (const int i : f) text += " " + std::to_string(first + i);
+    text += "\n";
+  }
+  return text;
+}
+
+std::string block_vertices(double low, double high) {
+  std::string text;
+  for (int i = 0; i < 8; ++i) {
+    text += "v";
+    for (const int bit : {4, 2, 1}) text += " " + std::to_string((i & bit) != 0 ? high : low);
+    text += "\n";
+  }
+  return text;
+}
+
+// However many face in, and whichever comes first.
+TEST(MeshFile, ALoneSurfaceIsTurnedOutwards) {
+  for (const int inward : {1, 6, 7, 11}) {
+    const MeshReport report = load("a.obj", block_vertices(0, 3) + block_faces(0, inward)).report;
+    EXPECT_EQ(report.volume, 27.0) << inward;
+    EXPECT_EQ(report.triangles_turned.size(), static_cast<std::size_t>(inward));
+    EXPECT_TRUE(report.bounds_a_solid());
+  }
+  const MeshReport wholly = load("a.obj", block_vertices(0, 3) + block_faces(0, 12)).report;
+  EXPECT_EQ(wholly.volume, -27.0);  // faces one way: as written
+  EXPECT_THAT(to_string(wholly), HasSubstr("inside out"));
+}
+
+// It is a solid or a cavity as nearly all of its triangles say, and where they do not it stays as it is.
+TEST(MeshFile, ASurfaceInAnotherIsNoCavityByHalfOfItsTriangles) {
+  const auto report = [](int inward) {
+    return load("a.obj",
+                block_vertices(0, 3) + block_vertices(1, 2) + block_faces(0, 0) + block_faces(8, inward))
+        .report;
+  };
+  EXPECT_EQ(report(12).volume, 26.0);
+  EXPECT_EQ(report(11).volume, 26.0);
+  EXPECT_THAT(report(11).triangles_turned, ElementsAre(23));
+  EXPECT_EQ(report(1).volume, 28.0);
+  EXPECT_THAT(report(1).triangles_turned, ElementsAre(12));
+  for (const int inward : {4, 6, 8}) {
+    EXPECT_THAT(report(inward).triangles_turned, IsEmpty()) << inward;
+    EXPECT_THAT(to_string(report(inward)), HasSubstr("face opposite ways"));
+  }
 }
 
 TEST(MeshFile, TrianglesWithoutAnAreaAreLeftOutAndCounted) {
