@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "touchstone/contact_core/fit/stl_file.hpp"
 #include "touchstone/contact_core/input_error.hpp"
@@ -40,11 +41,15 @@ ReadMesh read_mesh(const std::filesystem::path& file, const MeshInput& input) {
   if (is_plain_stl) options.most_triangles = options.most_shells = std::numeric_limits<std::size_t>::max();
   LoadedMesh loaded = load_mesh(file, options);
   if (is_plain_stl) out.mesh = read_stl(file.string(), out.metres_per_unit);
-  const bool is_whole = loaded.report.bounds_a_solid(), is_healed = !loaded.report.triangles_turned.empty();
+  const std::vector<std::uint32_t>& turned = loaded.report.triangles_turned;
+  if (is_plain_stl)
+    for (const std::uint32_t t : turned) std::swap(out.mesh.triangles[t][1], out.mesh.triangles[t][2]);
+  const bool is_whole = loaded.report.bounds_a_solid();
   // Triangles without an area close seams, or hang on a solid that is closed without them.
   const bool hang = is_plain_stl && is_whole && find_shells(weld(out.mesh)).open_edges > 0;
-  if (!is_whole || is_healed || hang || loaded.report.rounding > 0.0) out.note = to_string(loaded.report);
-  if (!is_plain_stl || is_healed || hang) out.mesh = std::move(loaded.mesh);
+  if (!is_whole || !turned.empty() || hang || loaded.report.rounding > 0.0)
+    out.note = to_string(loaded.report);
+  if (!is_plain_stl || hang) out.mesh = std::move(loaded.mesh);
   return out;
 }
 

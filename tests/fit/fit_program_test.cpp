@@ -356,6 +356,26 @@ TEST_F(OtherFormats, ATurnedTriangleLeavesTheSolidWhole) {
       HasSubstr("lfs.stl: is a pointer of Git LFS"));
 }
 
+// Beside one with a seam that only a triangle without an area closes: each counts as a solid.
+TEST_F(OtherFormats, ATurnedTriangleOpensNoOtherSolid) {
+  TriangleMesh turned = test::box_mesh({8, 0, 0}, {10, 1, 3});
+  std::swap(turned.triangles[5][1], turned.triangles[5][2]);
+  // The long edge of one triangle is met by two short ones of its neighbour, which is cut in two.
+  TriangleMesh seamed = test::box_mesh({0, 0, 0}, {2, 1, 3});
+  const auto [a, b, c] = seamed.triangles[0];
+  const auto middle = static_cast<std::uint32_t>(seamed.vertices.size());
+  seamed.vertices.push_back(0.5 * (seamed.vertices[a] + seamed.vertices[b]));
+  seamed.triangles[0] = {a, middle, c};
+  seamed.triangles.push_back({middle, b, c});
+  seamed.triangles.push_back({a, b, middle});  // without an area
+  const FitRun run =
+      fit(write("two.stl", "solid a\n" + facets(seamed) + facets(turned) + "endsolid a\n"), {1.0});
+  EXPECT_EQ(run.open_edges, 0U);
+  EXPECT_EQ(run.closed_shells, 2U);
+  EXPECT_EQ(run.fit.hexahedra.size(), 2U);
+  EXPECT_THAT(run.note, HasSubstr("1 turned to face as the others do, the first at triangle 19"));
+}
+
 // Half of whose triangles face in: it is no cavity, and costs nothing.
 TEST_F(OtherFormats, ATurnedHalfOfAnInnerSolidMakesNoCavity) {
   TriangleMesh inner = test::box_mesh({1, 1, 1}, {2, 2, 2});
