@@ -47,6 +47,12 @@ std::vector<path> folders_to_look_in(const path& robot, const std::vector<path>&
   return folders;
 }
 
+/// A relative name that climbs nowhere.
+bool stays_below(const path& name) {
+  const path inside = name.lexically_normal();
+  return !inside.empty() && !inside.is_absolute() && *inside.begin() != "..";
+}
+
 path in_package(const std::string& uri, const std::string& rest, const path& robot,
                 const std::vector<path>& package_paths) {
   const std::size_t slash = rest.find('/');
@@ -54,8 +60,7 @@ path in_package(const std::string& uri, const std::string& rest, const path& rob
   if (slash == std::string::npos || name.empty() || name == "." || name == "..")
     throw InputError("mesh '" + uri + "': names no package and file");
   const path inside = path(rest.substr(slash + 1)).lexically_normal();
-  if (inside.is_absolute() || inside.empty() || *inside.begin() == "..")
-    throw InputError("mesh '" + uri + "': leaves its package");
+  if (!stays_below(inside)) throw InputError("mesh '" + uri + "': leaves its package");
   std::string looked_in;
   std::error_code error;
   for (const path& folder : folders_to_look_in(robot, package_paths)) {
@@ -87,11 +92,11 @@ std::string decoded(const std::string& uri) {
 path at_relative(const std::string& name, const path& robot) {
   std::error_code error;
   path file = robot.parent_path() / name;
-  const path inside = path(name).lexically_normal();
   const auto is_file = [&](const path& candidate) {
     return std::filesystem::is_regular_file(candidate, error);
   };
-  if (is_file(file) || inside.is_absolute() || inside.empty() || *inside.begin() == "..") return file;
+  if (is_file(file) || !stays_below(name)) return file;
+  const path inside = path(name).lexically_normal();
   path found, above = std::filesystem::absolute(robot, error).lexically_normal().parent_path();
   for (; !above.empty() && above != above.parent_path(); above = above.parent_path()) {
     if (found.empty() && is_file(above / inside)) found = above / inside;
@@ -104,16 +109,19 @@ path find_mesh(const std::string& uri, const path& robot, const std::vector<path
   for (const char* scheme : {"package://", "model://"})
     if (uri.starts_with(scheme))
       return in_package(uri, uri.substr(std::string(scheme).size()), robot, package_paths);
+  const bool is_name = uri.find("://") == std::string::npos;
   path file;
   if (uri.starts_with("file://"))
     file = uri.substr(7);
-  else if (uri.find("://") == std::string::npos)
+  else if (is_name)
     file = at_relative(uri, robot);
   else
     throw InputError("mesh '" + uri + "': known are package://, model://, file:// and paths");
   std::error_code error;
   if (uri.empty() || !std::filesystem::is_regular_file(file, error))
-    throw InputError("mesh '" + uri + "': there is no file " + file.string());
+    throw InputError(
+        "mesh '" + uri + "': there is no file " + file.string() +
+        (is_name && stays_below(uri) ? ", nor in a folder above up to one with a package.xml" : ""));
   return file;
 }
 
