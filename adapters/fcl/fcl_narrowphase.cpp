@@ -82,7 +82,7 @@ class Engine {
 /// process.
 constexpr double kLargestCoordinate = 1e75;
 
-/// @param reach the farthest vertex of the solid from its origin
+/// @param reach of the solid: reach_of()
 bool may_be_asked(double reach, const Pose& X) {
   return std::max(reach, norm_inf(X.p)) <= kLargestCoordinate && is_finite(X);
 }
@@ -102,6 +102,14 @@ struct Entry {
   double reach;
 };
 
+std::vector<Entry> make_entries(std::span<const Hexahedron> solids) {
+  refuse_rounded(solids, "fcl");
+  std::vector<Entry> entries;
+  entries.reserve(solids.size());
+  for (const Hexahedron& solid : solids) entries.push_back({make_shape(solid), reach_of(solid)});
+  return entries;
+}
+
 class FclNarrowphase final : public Narrowphase {
  public:
   explicit FclNarrowphase(Solver solver) : solver_(solver), engine_(solver) {
@@ -115,13 +123,7 @@ class FclNarrowphase final : public Narrowphase {
   std::string_view name() const noexcept override { return solver_ == Solver::libccd ? "fcl" : "fcl_indep"; }
   const Capabilities& capabilities() const noexcept override { return capabilities_; }
 
-  void build(std::span<const Hexahedron> solids) override {
-    refuse_rounded(solids, "fcl");
-    std::vector<Entry> entries;
-    entries.reserve(solids.size());
-    for (const Hexahedron& solid : solids) entries.push_back({make_shape(solid), reach_of(solid)});
-    entries_ = std::move(entries);
-  }
+  void build(std::span<const Hexahedron> solids) override { entries_ = make_entries(solids); }
   std::unique_ptr<Workspace> make_workspace() const override { return std::make_unique<FclWorkspace>(); }
 
   void evaluate(const NarrowphaseInput& input, const NarrowphaseOutput& output,
@@ -202,15 +204,11 @@ class FclRawCheck final : public RawCheck {
  public:
   explicit FclRawCheck(Solver solver) : engine_(solver) {}
 
-  void build(std::span<const Hexahedron> solids) override {
-    refuse_rounded(solids, "fcl");
-    solids_.clear();
-    for (const Hexahedron& solid : solids) solids_.push_back({make_shape(solid), reach_of(solid)});
-  }
+  void build(std::span<const Hexahedron> solids) override { solids_ = make_entries(solids); }
   bool supports(QueryKind kind) const noexcept override { return engine_.supports(kind); }
   void set_poses(std::span<const Pose> poses) override {
     poses_.clear();
-    for (std::size_t i = 0; i < poses.size(); ++i)
+    for (std::size_t i = 0; i < solids_.size(); ++i)
       poses_.push_back({to_engine(poses[i]), may_be_asked(solids_[i].reach, poses[i])});
   }
   std::size_t run(std::span<const SolidPair> pairs, QueryKind kind) noexcept override {
