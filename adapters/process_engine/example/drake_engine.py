@@ -10,6 +10,7 @@ from pydrake.geometry import (Box, Convex, FramePoseVector, GeometryFrame, Geome
                               SceneGraph)
 from pydrake.math import RigidTransform, RotationMatrix  # noqa: E402
 
+MOST_SCENES = 256  # the least recently asked one goes first
 shapes, scenes = [], {}
 
 
@@ -48,13 +49,14 @@ def build(corners):
 def answer(head, pairs, slots):
     for pair, slot in zip(pairs, slots):
         key = (int(pair["a"]), int(pair["b"]))
-        if key not in scenes:
-            scenes[key] = Scene(pair)
-        query = scenes[key].at(pair)
+        scene = scenes[key] = scenes.pop(key, None) or Scene(pair)
+        if len(scenes) > MOST_SCENES:
+            del scenes[next(iter(scenes))]
+        query = scene.at(pair)
         if head["query"] == OVERLAP:
             slot["status"] = OVERLAPPING if query.HasCollisions() else SEPARATED
             continue
-        found = query.ComputeSignedDistancePairClosestPoints(*scenes[key].geometries)
+        found = query.ComputeSignedDistancePairClosestPoints(*scene.geometries)
         slot["status"] = SEPARATED if found.distance > 0 else OVERLAPPING
         if found.distance <= head["max_separation"]:
             slot["separation"], slot["n_AB_W"] = found.distance, -found.nhat_BA_W

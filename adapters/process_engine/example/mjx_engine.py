@@ -8,7 +8,7 @@ from mujoco_pair import contact, pair_model, placed
 
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
 jax = need("jax")
-need("mujoco.mjx")
+need("mujoco.mjx", "mujoco-mjx")
 from importlib.metadata import version  # noqa: E402
 
 from mujoco import mjx  # noqa: E402

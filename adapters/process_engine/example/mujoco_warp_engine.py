@@ -7,12 +7,12 @@ from functools import cache
 from engine_protocol import AT_ONCE, UNSUPPORTED, half_sides, need, np, put, serve
 from mujoco_pair import contact, pair_model, placed
 
-wp = need("warp")
+wp = need("warp", "warp-lang")
 PRIMITIVE, DETERMINISTIC = "--primitive" in sys.argv, "--deterministic" in sys.argv
 OPTIONS = '<option><flag nativeccd="disable"/></option>' if PRIMITIVE else ""
 if DETERMINISTIC:
     wp.config.deterministic, wp.config.deterministic_max_records = wp.DeterministicMode.RUN_TO_RUN, 64
-warp_engine = need("mujoco_warp")
+warp_engine = need("mujoco_warp", "mujoco-warp")
 solids = []
 
 

@@ -3,7 +3,7 @@
 Shapes have no margin; contacts are found up to a gap of a tenth of the pair's extent, or as far as a distance needs it."""
 from engine_protocol import DISTANCE, half_sides, need, np, put, serve
 
-wp, newton = need("warp"), need("newton")
+wp, newton = need("warp", "warp-lang"), need("newton")
 NORMAL_SIGN = -1 if newton.__version__.startswith(("0.", "1.0.")) else 1  # until 1.0 normals are from the second shape to the first
 HULL = np.array([t for a, b, c, d in ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
                  for t in (a, b, c, a, c, d)], np.int32)

@@ -5,7 +5,7 @@ import sys
 
 from engine_protocol import DISTANCE, UNSUPPORTED, half_sides, need, np, put, serve
 
-wp = need("warp")
+wp = need("warp", "warp-lang")
 if not hasattr(wp, "sim"):
     try:
         import warp.sim
