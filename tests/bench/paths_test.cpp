@@ -253,6 +253,9 @@ TEST(CellText, AMissedTouchCostsNothing) {
   EXPECT_EQ(text(3, 5e-324), "3 missed of 30; 0 S");
   EXPECT_EQ(text(3, 0.0), "3 missed of 30; 0 S");  // over a large S
   EXPECT_EQ(text(3, 2e-16), "3 missed of 30; 2e-16 S");
+  // No line ends within a count.
+  EXPECT_EQ(text(1000, 2e-16), "1\u00a0000 missed of 30; 2e-16 S");
+  EXPECT_EQ(unbroken_count(1'234'567), "1\u00a0234\u00a0567");
   EXPECT_EQ(text(0, 0.0), "exact");
   EXPECT_EQ(text(0, 2e-16), "2e-16 S");
 }

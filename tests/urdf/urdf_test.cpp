@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <numbers>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
@@ -152,6 +154,18 @@ TEST(Urdf, MimicJointsMoveByThemselvesWhereAskedFor) {
       "r.urdf", options);
   EXPECT_EQ(Mechanism(robot.mechanism).value_count(), 1u);
   EXPECT_THAT(robot.notes, testing::ElementsAre(HasSubstr("joint 'j': mimics 'k'; here it moves by itself")));
+}
+
+TEST(Urdf, AMeshOfWhichTrianglesWereTurnedIsNoted) {
+  const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "turned_triangle.obj";
+  std::ofstream(file) << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 4 3\n";
+  const Robot robot =
+      urdf::parse_robot(R"(<robot name="r"><link name="a"><collision><geometry><mesh filename="file://)" +
+                            file.string() + R"("/></geometry></collision></link></robot>)",
+                        "r.urdf", {});
+  EXPECT_THAT(robot.notes,
+              testing::ElementsAre(HasSubstr("1 turned to face as the others do, the first at triangle 3")));
+  std::filesystem::remove(file);
 }
 
 TEST(Srdf, DisabledCollisionsBecomeExemptPairs) {
