@@ -48,7 +48,8 @@ TOUCHSTONE_IN_PLACE Row magnitudes(const Row& of) {
 }
 
 /// Writes matrices, row by row, as poses. Returns true where each is a rigid transform: is_valid_pose(), its
-/// sums in the same order, and a last row of 0 0 0 1. False, too, where sums of coordinates overflow.
+/// sums in the same order, and a last row of 0 0 0 1. False, too, where sums of coordinates or products
+/// overflow.
 TOUCHSTONE_WIDEST bool write_matrices(const double* rows, std::size_t count, double* poses) {
   // The fourth column is no part of a rotation: squares of its entries may be anything.
   const Row most = {kRotationTolerance, kRotationTolerance, kRotationTolerance, kInfinity};

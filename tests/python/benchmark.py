@@ -4,8 +4,8 @@
 
 Overheads are of the thread's processor time. Both sides take turns, each so short (a third of a millisecond where a batch is shorter)
 that on a loaded machine, too, many run in one piece, in caches that nobody else has filled: the least of the turns count, and beside their
-ratio the median of the turns' ratios. Build without TOUCHSTONE_UNTIMED_EXAMPLES, which CI's build has. Threads are timed by the clock: the best of many runs of one thread over the best of two
-with half each. They are there before and wait for their share, as the processes do: to start two takes some 0.1 ms, a tenth of half of
+ratio the median of the turns' ratios. Build without TOUCHSTONE_UNTIMED_EXAMPLES, which CI's build has. Threads are timed by the clock: the
+best of many runs of one thread over the best of two with half each. They are there before and wait for their share, as the processes do: to start two takes some 0.1 ms, a tenth of half of
 20 000 pairs, which the row of threads that are started anew shows. The same without Python, and in two processes that share nothing but
 the machine, are the yardsticks: what Python adds is the share of a batch that it holds its lock, of the thread's processor time.
 """
@@ -163,7 +163,7 @@ def main():
     parser.add_argument("--repetitions", type=int, default=41)
     n = parser.parse_args().repetitions
     print(f"load {os.getloadavg()[0]:.1f}, {os.cpu_count()} processors\n")
-    print("| batch | C++, least [us] | Python, least [us] | overhead | of medians |\n|---|---:|---:|---:|---:|")
+    print("| batch | C++, least [us] | Python, least [us] | overhead | median of the ratios |\n|---|---:|---:|---:|---:|")
     thousand = scene(256, 1024)
     check, poses, pairs = thousand
     out = check.distance(poses, pairs)

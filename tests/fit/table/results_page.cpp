@@ -116,11 +116,10 @@ std::string results_page(const FitTable& table) {
   std::string text = program::page_head("Covers of a folder of meshes", table.command) +
                      fmt::format(
                          "Every cover is proven (`adapters/cover_proof`), then judged by Bullet in double "
-                         "precision: {} random "
-                         "points a mesh, half of its\nsurface and half of its inside, are looked for in the "
-                         "union. The judge "
-                         "shares no code with the fitter and the proof. Times are\nof one core, by the "
-                         "processor's clock.\n\n",
+                         "precision: {} random points a mesh, half of its\n"
+                         "surface and half of its inside, are looked for in the union. The judge shares no "
+                         "code with the fitter and the proof. Times are\n"
+                         "of one core, by the processor's clock.\n\n",
                          format_count(table.samples));
   std::map<double, std::vector<FitRow>, std::greater<>> by_error;
   for (const FitRow& row : table.rows) by_error[row.asked].push_back(row);
