@@ -25,7 +25,7 @@ constexpr Rounds kFromRest = {1e-2, 0.03, 0.01};
 constexpr Rounds kFromFar = {1.0, 0.3, 0.1};
 // More contacts than kFew seldom come to an end from there. What is left are slips: the softness stays as
 // long as a round takes more than kCheapSteps Newton steps and is not stuck, since a harder one takes more of
-// them and finds the slips no better.
+// them and finds the slips no better. Of what rests they do: left unfinished, its slips go on as a creep.
 constexpr Rounds kFromFarOfMany = {1.0, 0.3, 0.5};
 constexpr std::size_t kFew = 64;
 constexpr int kCheapSteps = 1;
@@ -418,7 +418,7 @@ ConvexReport ConvexContacts::solve(const SparseContacts& problem, std::span<doub
   // The less the start leaves, the less soft the first round is.
   double last = report_.residual;
   const double left = last > 0.0 ? last / std::max(fastest(b_), last) : 0.0;
-  const bool is_far_of_many = !(left < kFar) && problem.contacts > kFew;
+  const bool is_far_of_many = !(left < kFar) && problem.contacts > kFew && !problem.is_resting;
   const Rounds& rounds = is_far_of_many ? kFromFarOfMany : left < kFar ? kFromRest : kFromFar;
   const double first_softness = std::clamp(rounds.softness * (left / kHolds), kSoftness, rounds.softness);
   bool is_first = true;

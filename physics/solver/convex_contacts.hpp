@@ -55,6 +55,9 @@ struct SparseContacts {
   /// By block: what b of a contact's normal or a joint row would be if all units stood still. What moves as
   /// commanded is in it, and room. Empty: nothing is commanded, so that standing still is a solution.
   std::span<const double> commanded = {};
+  /// Nothing of it moves, but for what gravity made in the last steps. Impulses that hold it are worth their
+  /// Newton steps, however many its contacts are: found once, they hold it in the steps that follow.
+  bool is_resting = false;
 
   double compliance_of(std::size_t joint) const { return compliance.empty() ? 0.0 : compliance[joint]; }
 };

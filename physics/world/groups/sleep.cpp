@@ -7,11 +7,18 @@
 namespace touchstone::physics::stepping {
 namespace {
 
-bool is_still(const Body& body, double sleep_speed) {
+bool is_still(const Body& body, double speed) {
   const BodyInertia& inertia = body.body.inertia();
   const double trace = (inertia.inertia_B(0, 0) + inertia.inertia_B(1, 1)) + inertia.inertia_B(2, 2);
   const double turning = norm(body.body.angular_velocity(body.state)) * std::sqrt(trace / inertia.mass);
-  return norm(body.body.velocity(body.state)) + turning <= sleep_speed;
+  return norm(body.body.velocity(body.state)) + turning <= speed;
+}
+
+/// Something in the group may move by itself or as commanded.
+bool is_driven(const GroupState& group, const Movers& movers) {
+  return !group.members.mechanisms.empty() ||
+         std::any_of(group.kinematics.begin(), group.kinematics.end(),
+                     [&](std::uint32_t i) { return moves(movers.bodies[i]); });
 }
 
 void put_to_sleep(std::span<const std::uint32_t> group, Movers& movers) {
@@ -82,11 +89,16 @@ void wake_touched(Movers& movers, std::span<const Contact> contacts) {
   }
 }
 
+bool rests(const GroupState& group, double speed, const Movers& movers) {
+  const std::span<const std::uint32_t> bodies = group.members.bodies;
+  return !is_driven(group, movers) && std::all_of(bodies.begin(), bodies.end(), [&](std::uint32_t i) {
+    return is_still(movers.bodies[i], speed);
+  });
+}
+
 void count_stillness(const GroupState& group, const StepContext& step, Movers& movers) {
   if (!(step.settings.sleep_time < kInfinity)) return;
-  bool is_due = group.members.mechanisms.empty() &&
-                std::none_of(group.kinematics.begin(), group.kinematics.end(),
-                             [&](std::uint32_t i) { return moves(movers.bodies[i]); });
+  bool is_due = !is_driven(group, movers);
   for (const std::uint32_t i : group.members.bodies) {
     Body& body = movers.bodies[i];
     body.still_for = is_still(body, step.settings.sleep_speed) ? body.still_for + step.h : 0.0;

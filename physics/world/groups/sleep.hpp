@@ -19,6 +19,8 @@ void wake(Movers& movers, std::uint32_t body);
 void wake_all(Movers& movers);
 /// Sleepers that something awake or driven touches.
 void wake_touched(Movers& movers, std::span<const Contact> contacts);
+/// Bodies alone that nothing commanded touches, none faster than `speed` [m/s], as Settings::sleep_speed.
+bool rests(const GroupState& group, double speed, const Movers& movers);
 /// At the end of the step: all bodies of the group go to sleep, or none.
 void count_stillness(const GroupState& group, const StepContext& step, Movers& movers);
 

@@ -14,6 +14,8 @@ namespace touchstone::physics::stepping {
 inline constexpr double kLeastPartingSpeed = 1e-3;
 /// Of the fastest parting: a point that moved by this share less than wanted is still parting.
 inline constexpr double kShareOfParting = 1e-2;
+/// Slow is what moves no faster than gravity makes it in so many steps.
+inline constexpr double kSlowSteps = 2.0;
 
 /// The same for all groups of a step.
 struct StepContext {
@@ -24,10 +26,12 @@ struct StepContext {
   std::uint32_t unconverged_before = 0;  // the group
   bool is_soft = false;                  // the group overlaps: the soft answer does for it
   bool is_parted = false;                // the group, of alike masses, overlaps, be it less deep
+  bool is_resting = false;               // the group of many contacts is slow: it is to come to rest
   double for_last_piece = 0.0;           // of the group's work: with less no other piece begins
   double spare = 0.0;                    // work beyond their own that is left to the step's groups
 
   bool is_bounded() const { return settings.accuracy == DynamicsWorld::Accuracy::bounded; }
+  double slow_speed() const { return kSlowSteps * h * norm(settings.gravity_W); }  // [m/s]
   /// Work is spent, or a solve of the group did not come to an end: when stops and arrivals are is then not
   /// known well enough for more pieces and tries.
   bool is_work_over() const {

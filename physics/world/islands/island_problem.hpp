@@ -27,9 +27,10 @@ class IslandProblem {
   void unload(ContactRows& rows) const;
 
   ContactProblem dense() const { return {contacts_, friction_, bounds_, W_, b}; }
-  SparseContacts sparse(const ContactRows& rows) const {
+  /// @param is_resting see SparseContacts
+  SparseContacts sparse(const ContactRows& rows, bool is_resting = false) const {
     return {sizes_, masses_, contacts_,   friction_, bounds_, sparse_rows_, rows.J,
-            rows.Y, b,       compliance_, levers_,   bodies_, commanded_};
+            rows.Y, b,       compliance_, levers_,   bodies_, commanded_,   is_resting};
   }
   std::size_t row_count() const { return rows_.size(); }
   /// The index of an island's row among all rows of the group.

@@ -31,12 +31,11 @@ constexpr double kShareOfExact = 1e-3;
 // of ConvexContacts with the number of contacts, four times less at 48 rows.
 constexpr std::size_t kDirectRows = 32;
 // Islands of bodies alone move where, with the last step's impulses, each of their contacts slides or
-// approaches and each body moves there, faster than gravity makes it in kSlow steps, and by more than the
-// contact gap in a step. A queue at a stop on a belt that runs on rests, and so does a stack that slides as
-// one: something in them does. Then the last digits of their impulses, which hold what rests, are not worth
-// their time: nothing is found anew or improved that is within the tolerance, and those of more than
+// approaches and each body moves there, faster than gravity makes it in kSlowSteps steps, and by more than
+// the contact gap in a step. A queue at a stop on a belt that runs on rests, and so does a stack that slides
+// as one: something in them does. Then the last digits of their impulses, which hold what rests, are not
+// worth their time: nothing is found anew or improved that is within the tolerance, and those of more than
 // kDirectRows are held to that of large ones.
-constexpr double kSlow = 2.0;
 // Where work has no end, islands up to this size that ConvexContacts leaves get ContactSolver's first Newton
 // steps from there: their linear systems take milliseconds.
 constexpr std::size_t kMostPolishedRows = 512;
@@ -387,7 +386,7 @@ SolveReport IslandSolver::solve_convex(const Island& island, bool is_refined, bo
   // Of bodies that commanded ones are in already it is the answer: others press them out.
   const int soft_alone = is_doubtful && step.is_parted ? most_soft_steps(island) : 0;
   const ConvexReport convex =
-      convex_.solve(problem_.sparse(rows), problem_.x, aim, step.budget, soft, soft_alone);
+      convex_.solve(problem_.sparse(rows, step.is_resting), problem_.x, aim, step.budget, soft, soft_alone);
   problem_.store_impulses(rows);
   // The island's velocities decide whether it is solved.
   SolveReport solved;
@@ -452,11 +451,11 @@ bool IslandSolver::presses_on_commands(const Island& island, const ContactRows& 
   });
 }
 
-/// See kSlow. @pre rows.u and the units' changes are those of the last step's impulses
+/// See kSlowSteps. @pre rows.u and the units' changes are those of the last step's impulses
 bool IslandSolver::is_moving(const Island& island, const ContactRows& rows, const StepContext& step) const {
   if (!step.is_bounded() || island.joints > 0) return false;
   const DynamicsWorld::Settings& settings = step.settings;
-  const double slow = std::max(kSlow * step.h * norm(settings.gravity_W), settings.contact_gap / step.h);
+  const double slow = std::max(step.slow_speed(), settings.contact_gap / step.h);
   // What a force or a commanded mover makes of b is no motion: impulses hold it.
   const auto is_fast = [&](const ContactRows::Side& side) {
     if (side.unit == kNoUnit) return true;

@@ -33,7 +33,8 @@ constexpr std::size_t kLeastShares = 18, kMostSharesABody = 8, kJointShares = 6;
 // rattles cost all of it else, up to 16 of them, and nothing is left for the answer that ends the step.
 constexpr double kForLastPiece = 0.9;
 // Contacts beyond kFullShares count one in kFurther: large groups that move spend all that they have, step by
-// step, each from the last one's impulses.
+// step, each from the last one's impulses. Those of a group that rests count all: impulses that hold it cost
+// the steps that follow nothing, and half of the work leaves it to creep and to be solved in each of them.
 constexpr std::size_t kFullShares = 64, kFurther = 2;
 // As much again for each further kShortStep [s] of the step, as long as kMostShortSteps at most, goes to
 // groups that need it, the first ones first: a solve that is left unfinished costs more in later steps.
@@ -201,10 +202,11 @@ void choose_methods(const Group& members, double& spare, StepContext& step, Worl
   const bool is_untimed = are_bodies && overlaps(group, settings);
   step.is_parted = is_untimed && mass_ratio(members, world.movers) <= kUnlike;
   if (step.is_soft) keep_fewest(group);
+  const bool is_few = members.contacts.size() <= kFullShares;
+  step.is_resting = are_bodies && !is_untimed && !is_few && rests(group, step.slow_speed(), world.movers);
   // Contradictory contacts are stopped with the forces, too: impacts before them would be solved twice.
   group.is_coarse = step.is_bounded() && (is_untimed || is_large(group, settings) ||
                                           (are_bodies && world.solver.is_contradicted(members.bodies)));
-  const bool is_few = members.contacts.size() <= kFullShares;
   const double share = step.is_parted && is_few ? kPartedWork : 1.0;
   if (step.is_parted) spare = 0.0;
   const double work = share * work_of(members, world.movers, step) + spare;
@@ -286,7 +288,7 @@ double work_of(const Group& group, const Movers& movers, const StepContext& step
   const std::size_t movable = group.bodies.size() + group.mechanisms.size();
   const std::size_t contacts = std::min(group.contacts.size(), kMostSharesABody * movable);
   const std::size_t full = std::min(contacts, kFullShares);
-  shares += full + (contacts - full) / kFurther;
+  shares += step.is_resting ? group.contacts.size() : full + (contacts - full) / kFurther;
   // Masses that differ take more rounds.
   const int bits =
       std::ilogb(std::max(1.0, kAlike * mass_ratio(group, movers)));  // same from every C library

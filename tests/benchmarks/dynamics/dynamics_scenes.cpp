@@ -120,12 +120,13 @@ BoxScene pyramid(int rows, double step) {
   return scene;
 }
 
-BoxScene wall(double step) {
-  BoxScene scene =
-      on_ground(std::string("wall of 64") + (step == kDisplayStep ? " at 240 Hz" : ""), step, 10.0);
-  for (int row = 0; row < 8; ++row)
-    for (int i = 0; i < 8; ++i)
-      scene.boxes.push_back(cube({kSide * (i + (row % 2 == 1 ? 0.25 : 0.0)), 0, kSide * (0.5 + row)}));
+/// @param name before its number of cubes. @param shift of every second row, by sides
+BoxScene wall(const std::string& name, int rows, int columns, double shift, double step) {
+  BoxScene scene = on_ground(
+      name + std::to_string(rows * columns) + (step == kDisplayStep ? " at 240 Hz" : ""), step, 10.0);
+  for (int row = 0; row < rows; ++row)
+    for (int i = 0; i < columns; ++i)
+      scene.boxes.push_back(cube({kSide * (i + (row % 2 == 1 ? shift : 0.0)), 0, kSide * (0.5 + row)}));
   scene.is_placed = true;
   return scene;
 }
@@ -390,6 +391,10 @@ void add_others(std::vector<BoxScene>& all) {
     all.push_back(other_stack(38, 0.25, step));
     all.push_back(other_pyramid(7, 0.3, step));
     all.push_back(other_pyramid(12, 0.15, step));
+    all.push_back(wall("other: wall of ", 5, 8, 0.25, step));
+    all.push_back(wall("other: wall of ", 7, 7, 0.5, step));
+    all.push_back(wall("other: wall of ", 9, 9, 0.25, step));
+    all.push_back(wall("other: wall of ", 12, 6, 0.4, step));
   }
   all.push_back(other_spot());
 }
@@ -403,8 +408,7 @@ std::vector<BoxScene> box_scenes(unsigned drawn_seed) {
     for (const int count : {2, 5, 10, 16, 17, 20, 50}) all.push_back(stack(count, step));
   for (const double step : {1e-3, kDisplayStep})
     for (const int rows : {5, 10}) all.push_back(pyramid(rows, step));
-  all.push_back(wall(1e-3));
-  all.push_back(wall(kDisplayStep));
+  for (const double step : {1e-3, kDisplayStep}) all.push_back(wall("wall of ", 8, 8, 0.25, step));
   all.push_back(pile(100, 5, 8.0));
   for (unsigned draw = 1; draw <= kPileDraws; ++draw) all.push_back(pile(100, 5, 8.0, draw));
   all.push_back(sleeping_pile());
