@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <random>
+#include <utility>
 
 #include "touchstone/contact_core/fit/fit.hpp"
 #include "touchstone/contact_core/fit/search/accepted_solids.hpp"
@@ -53,6 +54,21 @@ TEST(FewerSets, NoCoverHasFewerThanElementsThatNoTwoSetsShare) {
   EXPECT_EQ(fit::least_sets(ring, 3), 1U);
   // Where the bound is met the search ends, though it has leave to work for an hour.
   EXPECT_EQ(fit::fewer_sets(two, 4, {0, 2}, 1'000'000'000'000), (std::vector<std::size_t>{0, 2}));
+}
+
+// Of parts that share nothing each is looked at by itself: the bound of all together is half of what they
+// take, and yet the search ends, though it has leave to work for an hour.
+TEST(FewerSets, PartsThatShareNothingHaveTheirOwnFewest) {
+  std::vector<std::vector<std::uint32_t>> sets;
+  std::vector<std::size_t> start;
+  constexpr std::uint32_t kParts = 30;
+  for (std::uint32_t e = 0; e < 3 * kParts; e += 3) {
+    start.push_back(sets.size());
+    start.push_back(sets.size() + 1);
+    for (const auto& [a, b] : {std::pair(e, e + 1), {e + 1, e + 2}, {e + 2, e}}) sets.push_back({a, b});
+  }
+  EXPECT_EQ(fit::least_sets(sets, 3 * kParts), kParts);
+  EXPECT_EQ(fit::fewer_sets(sets, 3 * kParts, start, 1'000'000'000'000).size(), 2 * kParts);
 }
 
 // Against counting each cell of each candidate, while candidates come, cells are covered and one is

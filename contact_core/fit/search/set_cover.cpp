@@ -1,6 +1,7 @@
 #include "touchstone/contact_core/fit/search/set_cover.hpp"
 
 #include <algorithm>
+#include <numeric>
 #include <optional>
 
 namespace touchstone::fit {
@@ -106,7 +107,8 @@ class LocalSearch {
   }
 
   // Of equal ones that which has stood longest.
-  std::size_t least_missed(std::optional<std::size_t> except) const {
+  std::size_t least_missed(std::optional<std::size_t> except) {
+    work_ += chosen_.size();
     std::optional<std::size_t> least;
     for (const std::size_t s : chosen_) {
       if (s == except) continue;
@@ -161,11 +163,54 @@ class LocalSearch {
   std::vector<std::uint8_t> may_enter_;
   std::vector<std::size_t> chosen_;
   std::optional<std::size_t> entered_;
-  /// Scores that may have to change: of an element that one chosen set holds it counts all of its holders, so
-  /// that a search ends where it did when they were all looked at.
+  /// Scores that are looked at or may have to change: of an element that one chosen set holds it counts all
+  /// of its holders, so that a search ends where it did when they were all looked at.
   std::uint64_t work_ = 0;
   std::uint64_t state_ = 88172645463325252U;
 };
+
+// Sets and elements that no set shares with others: each part has its own fewest.
+struct Part {
+  std::vector<std::size_t> sets, start;  // the second by place in the first
+  std::size_t elements = 0;
+};
+
+// The elements' numbers in their parts go to `own`.
+std::vector<Part> parts_of(std::span<const std::vector<std::uint32_t>> sets,
+                           const std::vector<std::size_t>& start, std::vector<std::uint32_t>& own) {
+  // Elements of one set are joined, each part under its first.
+  std::vector<std::uint32_t> first(own.size());
+  std::iota(first.begin(), first.end(), 0U);
+  const auto first_of = [&](std::uint32_t e) {
+    while (first[e] != e) e = first[e] = first[first[e]];
+    return e;
+  };
+  for (const std::vector<std::uint32_t>& set : sets)
+    for (const std::uint32_t e : set) {
+      const std::uint32_t a = first_of(set.front()), b = first_of(e);
+      first[std::max(a, b)] = std::min(a, b);
+    }
+  // Elements, sets and those of the start are numbered anew, in the order in which they are.
+  std::vector<std::size_t> part_of(own.size()), place(sets.size());
+  std::vector<Part> parts;
+  for (std::uint32_t e = 0; e < own.size(); ++e) {
+    if (first_of(e) == e) {
+      part_of[e] = parts.size();
+      parts.emplace_back();
+    }
+    part_of[e] = part_of[first_of(e)];
+    own[e] = static_cast<std::uint32_t>(parts[part_of[e]].elements++);
+  }
+  for (std::size_t s = 0; s < sets.size(); ++s) {
+    if (sets[s].empty()) continue;
+    std::vector<std::size_t>& into = parts[part_of[sets[s].front()]].sets;
+    place[s] = into.size();
+    into.push_back(s);
+  }
+  for (const std::size_t s : start)
+    if (!sets[s].empty()) parts[part_of[sets[s].front()]].start.push_back(place[s]);
+  return parts;
+}
 
 }  // namespace
 
@@ -187,7 +232,19 @@ std::size_t least_sets(std::span<const std::vector<std::uint32_t>> sets, std::si
 
 std::vector<std::size_t> fewer_sets(std::span<const std::vector<std::uint32_t>> sets, std::size_t elements,
                                     const std::vector<std::size_t>& start, std::uint64_t work) {
-  return LocalSearch(sets, elements).run(start, work);
+  std::vector<std::uint32_t> own(elements);
+  std::vector<std::size_t> result;
+  for (const Part& part : parts_of(sets, start, own)) {
+    std::vector<std::vector<std::uint32_t>> own_sets;
+    for (const std::size_t s : part.sets)
+      for (std::vector<std::uint32_t>& set = own_sets.emplace_back(sets[s]); std::uint32_t & e : set)
+        e = own[e];
+    // Each may take as much as it has of the start.
+    const std::uint64_t share = work / start.size() * part.start.size();
+    for (const std::size_t s : LocalSearch(own_sets, part.elements).run(part.start, share))
+      result.push_back(part.sets[s]);
+  }
+  return result;
 }
 
 }  // namespace touchstone::fit
