@@ -268,6 +268,22 @@ TEST(Fit, AnAngleThatIsTurnedHasRegionsAtTheCostOfOneThatIsNot) {
   EXPECT_LE(fit.pieces, 2 * straight.pieces);
 }
 
+// A pin in a region takes as many slabs as alone: a hexahedron is at least as thick as a share of what is
+// asked, and that was a share of the whole's error, beyond what the region allows.
+TEST(Fit, AThinSlabInARegionIsNoThickerThanTheRegionAllows) {
+  const TriangleMesh pin = test::cone_mesh(0.022, 0.022, 0.03, 24);
+  FitOptions alone = within(1e-3);
+  alone.repairs = 1;
+  TriangleMesh both = pin;
+  append(both, box_mesh({3, 0, 0}, {4, 1, 1}));
+  FitOptions options = within(1.0);
+  options.repairs = 1;
+  options.regions.push_back({"pin", {{-0.03, -0.03, -0.01}, {0.03, 0.03, 0.04}}, 1e-3});
+  const Fit fit = fit_hexahedra(both, options);
+  EXPECT_LE(fit.region_excess[0], 1e-3);
+  EXPECT_EQ(fit.hexahedra.size(), fit_hexahedra(pin, alone).hexahedra.size() + 1);
+}
+
 TEST(Fit, AnOpenSheetIsCoveredByAPlate) {
   TriangleMesh sheet;
   test::append_quad(sheet, {0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0});

@@ -507,11 +507,12 @@ std::vector<SixPlanes> CoverSearch::shrunk(const std::vector<std::size_t>& chose
     if (needed[c].empty()) continue;
     // Its planes keep their normals and move in to these points; a plain box about them may be smaller.
     SixPlanes solid = pool_[chosen[c]].solid;
-    const SixPlanes tight = plate(normals_of(solid), needed[c], thinnest);
+    const double least = thinnest * space_.least_limit(needed[c]) / over_;
+    const SixPlanes tight = plate(normals_of(solid), needed[c], least);
     const bool is_slab = pool_[chosen[c]].prism != kNoIndex;
     if (tight.is_hexahedron(is_slab ? Prism::kLeastDeterminant : SixPlanes::kLeastDeterminant)) solid = tight;
     for (const Normals& frame : main_frames_) {
-      const SixPlanes box = plate(frame, needed[c], thinnest);
+      const SixPlanes box = plate(frame, needed[c], least);
       if (volume(box) < volume(solid) && may_be(pool_[chosen[c]], box)) solid = box;
     }
     result.push_back(solid);

@@ -46,8 +46,8 @@ class CoverSearch {
               const std::function<void(double)>& progress);
 
   /// @return hexahedra that hold all cells, each shrunk to what it alone must hold.
-  /// Each at least `thinnest` thick, and with its faces `margin` outside [m]. Those that `check` refuses are
-  /// replaced: what it names is then out of bounds.
+  /// Each at least `thinnest` thick, less where a smaller error is allowed, by as much, and with its faces
+  /// `margin` outside [m]. Those that `check` refuses are replaced: what it names is then out of bounds.
   std::vector<SixPlanes> run(double thinnest, double margin, const Check& check);
   const Uncovered& uncovered() const { return uncovered_; }
 
