@@ -1,9 +1,12 @@
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <random>
+#include <span>
 #include <utility>
 
 #include "touchstone/contact_core/fit/fit.hpp"
@@ -16,6 +19,7 @@
 #include "touchstone/tests/fit/fit_options.hpp"
 #include "touchstone/tests/fit/meshes.hpp"
 #include "touchstone/tests/fit/random_shells.hpp"
+#include "touchstone/tests/support/refusal.hpp"
 
 namespace touchstone {
 namespace {
@@ -282,6 +286,42 @@ TEST(Fit, AThinSlabInARegionIsNoThickerThanTheRegionAllows) {
   const Fit fit = fit_hexahedra(both, options);
   EXPECT_LE(fit.region_excess[0], 1e-3);
   EXPECT_EQ(fit.hexahedra.size(), fit_hexahedra(pin, alone).hexahedra.size() + 1);
+}
+
+fit::SixPlanes box_planes(const Vector3& low, const Vector3& high) {
+  const std::array<Vector3, 6> normals = {-Vector3::UnitX(), Vector3::UnitX(),  -Vector3::UnitY(),
+                                          Vector3::UnitY(),  -Vector3::UnitZ(), Vector3::UnitZ()};
+  return fit::enclosing(normals, std::array<Vector3, 2>{low, high});
+}
+
+// Two regions that meet are as one to a face that grows: where they meet is no border.
+TEST(AllowedSpace, RegionsThatMeetCostNoMoreThanOne) {
+  const MeshDistance mesh(weld(box_mesh({0, 0, 0}, {1, 1, 1})));
+  const auto visits = [&](std::span<const fit::LimitBox> boxes) {
+    fit::AllowedSpace space(mesh, 2.0, boxes);
+    EXPECT_NEAR(space.room(box_planes({0, 0, 0}, {1, 1, 1}), 1, 2.0), 0.2, 1e-2);
+    return space.visits();
+  };
+  const double limit = 2e-3;
+  const std::array<fit::LimitBox, 1> one = {{{{{1.2, -0.5, -0.5}, {1.5, 1.5, 1.5}}, limit}}};
+  const std::array<fit::LimitBox, 2> two = {
+      {{{{1.2, -0.5, -0.5}, {1.5, 0.49, 1.5}}, limit}, {{{1.2, 0.49, -0.5}, {1.5, 1.5, 1.5}}, limit}}};
+  EXPECT_LE(visits(two), 2 * visits(one));
+}
+
+// What would take all memory is refused.
+TEST(AllowedSpace, CellsAreBounded) {
+  const MeshDistance mesh(weld(tube_mesh(0.5, 1.0, 1.0, 48)));
+  fit::AllowedSpace space(mesh, 1e-3, {}, 1000);
+  const fit::SixPlanes solid = box_planes({0.6, -0.1, 0.4}, {0.7, 0.1, 0.5});
+  EXPECT_THAT(
+      refusal_of([&] {
+        for (int face = 0; face < 6; ++face) (void)space.room(solid, face, 1.0);
+      }),
+      testing::HasSubstr("more than 1000 cells of space about a mesh of 3 m, at an error of 0.001 m"));
+  fit::AllowedSpace free(mesh, 1e-3, {});
+  EXPECT_THAT(refusal_of([&] { fit::Cells(mesh, free, 1e-3, {}, 0.0, {}, 100); }),
+              testing::HasSubstr("more than 100 pieces of a mesh of 3 m"));
 }
 
 TEST(Fit, AnOpenSheetIsCoveredByAPlate) {

@@ -5,9 +5,11 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <string>
 
 #include "touchstone/contact_core/fit/excess.hpp"
 #include "touchstone/contact_core/geometry/norms.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 namespace touchstone::fit {
 namespace {
@@ -96,8 +98,8 @@ class CellBuilder {
  public:
   /// @param largest a cell's width, at most [m]
   CellBuilder(Cells& cells, const MeshDistance& mesh, const AllowedSpace& allowed, double largest,
-              std::span<const Sectors> sectors)
-      : cells_(cells), mesh_(mesh), allowed_(allowed), sectors_(sectors), largest_(largest) {}
+              std::span<const Sectors> sectors, std::size_t most)
+      : cells_(cells), mesh_(mesh), allowed_(allowed), sectors_(sectors), largest_(largest), most_(most) {}
 
   void build(double shift) {
     std::vector<Polygon> polygons;
@@ -296,6 +298,10 @@ class CellBuilder {
   }
 
   void add(const std::vector<Vector3>& corners, const std::vector<Polygon>& polygons) {
+    if (cells_.size() >= most_)
+      reject("fit", "more than " + std::to_string(most_) + " pieces of a mesh of " +
+                        figure(mesh_.bounds().diagonal()) +
+                        " m: ask for a larger error, or for it in smaller regions");
     std::vector<Vector3> points;
     for (const Polygon& polygon : polygons) points.insert(points.end(), polygon.begin(), polygon.end());
     for (const Vector3& corner : corners)
@@ -314,11 +320,13 @@ class CellBuilder {
   const AllowedSpace& allowed_;
   std::span<const Sectors> sectors_;
   double largest_;
+  std::size_t most_;
   std::map<Vector3, bool, ByCoordinates> inside_;
 };
 
 Cells::Cells(const MeshDistance& mesh, const AllowedSpace& allowed, double over,
-             std::span<const Sectors> sectors, double shift, std::span<const Prism> prisms) {
+             std::span<const Sectors> sectors, double shift, std::span<const Prism> prisms,
+             std::size_t most) {
   const double largest = std::max(over / std::sqrt(3.0), mesh.bounds().diagonal() / 100.0);
   // Prisms and rings are cut by themselves, all the rest by boxes.
   std::vector<std::uint8_t> is_out(mesh.mesh().triangles.size(), 0);
@@ -328,8 +336,8 @@ Cells::Cells(const MeshDistance& mesh, const AllowedSpace& allowed, double over,
     for (const std::uint32_t t : each.shell) is_out[t] = 1;
   const bool is_all = std::find(is_out.begin(), is_out.end(), 1) == is_out.end();
   const std::optional<MeshDistance> rest = is_all ? std::nullopt : without(mesh, is_out);
-  if (is_all || rest) CellBuilder(*this, rest ? *rest : mesh, allowed, largest, sectors).build(shift);
-  CellBuilder builder(*this, mesh, allowed, largest, sectors);
+  if (is_all || rest) CellBuilder(*this, rest ? *rest : mesh, allowed, largest, sectors, most).build(shift);
+  CellBuilder builder(*this, mesh, allowed, largest, sectors, most);
   for (std::uint32_t i = 0; i < prisms.size(); ++i) builder.add_prism(prisms[i], i);
   for (std::uint32_t i = 0; i < sectors.size(); ++i)
     if (sectors[i].has_shell()) builder.add_ring(mesh.mesh(), sectors[i], i);

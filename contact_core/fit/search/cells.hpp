@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -34,10 +35,14 @@ class Cells {
     std::uint32_t ring = kNoIndex;   ///< sectors that have a shell of their own, of which it is a piece
     std::uint32_t strip = 0;         ///< of that prism, or the sector
   };
+  static constexpr std::size_t kMost = std::size_t{1} << 21;  ///< of some 300 bytes each
+
   /// @param shift of the tree's low corner, a share of the largest cell: where the cuts are is chance, and
   /// how few hexahedra hold all cells depends on it
+  /// @throws InputError: there would be more than `most`
   Cells(const MeshDistance& mesh, const AllowedSpace& allowed, double over,
-        std::span<const Sectors> sectors = {}, double shift = 0.0, std::span<const Prism> prisms = {});
+        std::span<const Sectors> sectors = {}, double shift = 0.0, std::span<const Prism> prisms = {},
+        std::size_t most = kMost);
 
   std::size_t size() const { return cells_.size(); }
   const Cell& cell(std::size_t i) const { return cells_[i]; }

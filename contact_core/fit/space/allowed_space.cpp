@@ -1,8 +1,11 @@
 #include "touchstone/contact_core/fit/space/allowed_space.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <string>
 #include <utility>
 
 namespace touchstone::fit {
@@ -41,6 +44,33 @@ class ClippedFace {
   std::array<Vector3, 10> corners_;
   std::size_t count_ = 0;
 };
+
+// The box that two boxes fill together, where they do: one holds the other, or they are alike but along an
+// axis, and meet there.
+std::optional<Bounds> filled_by(const Bounds& a, const Bounds& b) {
+  const Bounds all{a.low.cwiseMin(b.low), a.high.cwiseMax(b.high)};
+  for (const Bounds& each : {a, b})
+    if (each.low == all.low && each.high == all.high) return all;
+  int differ = 0;
+  for (int axis = 0; axis < 3; ++axis)
+    if (a.low(axis) != b.low(axis) || a.high(axis) != b.high(axis)) ++differ;
+  const bool meet = (a.low - b.high).maxCoeff() <= 0.0 && (b.low - a.high).maxCoeff() <= 0.0;
+  return differ == 1 && meet ? std::optional(all) : std::nullopt;
+}
+
+// The box that all of them fill together, where they do; nothing where there are none.
+std::optional<Bounds> as_one_box(std::vector<Bounds> boxes) {
+  for (std::size_t i = 0; i < boxes.size(); ++i)
+    for (std::size_t j = 0; j < boxes.size(); ++j) {
+      if (i == j) continue;
+      const std::optional<Bounds> both = filled_by(boxes[i], boxes[j]);
+      if (!both) continue;
+      boxes[std::min(i, j)] = *both;
+      boxes.erase(boxes.begin() + static_cast<std::ptrdiff_t>(std::max(i, j)));
+      return as_one_box(std::move(boxes));
+    }
+  return boxes.size() == 1 ? std::optional(boxes.front()) : std::nullopt;
+}
 
 }  // namespace
 
@@ -141,8 +171,9 @@ struct AllowedSpace::Query {
   }
 };
 
-AllowedSpace::AllowedSpace(const MeshDistance& mesh, double over, std::span<const LimitBox> boxes)
-    : mesh_(mesh), over_(over), boxes_(boxes.begin(), boxes.end()) {
+AllowedSpace::AllowedSpace(const MeshDistance& mesh, double over, std::span<const LimitBox> boxes,
+                           std::size_t most_cells)
+    : mesh_(mesh), over_(over), boxes_(boxes.begin(), boxes.end()), most_cells_(most_cells) {
   const Bounds& all = mesh.bounds();
   const double half = 0.5 * (all.high - all.low).maxCoeff() + 1.01 * over;
   keep(make_cell(0.5 * (all.low + all.high), half, nullptr));
@@ -194,7 +225,7 @@ void AllowedSpace::classify(NewCell& cell) const {
   const double limit = limit_at(cell.centre);
   if (cell.distance + reach <= cell.least_limit) {
     cell.kind = Kind::clear;
-  } else if (is_cut_by_one_box(cell)) {
+  } else if (is_cut_by_boxes(cell)) {
     cell.kind = Kind::block;
   } else if (cell.distance - reach > over_ || (cell.least_limit == limit && cell.distance - reach > limit)) {
     cell.kind = Kind::block;
@@ -214,19 +245,21 @@ void AllowedSpace::classify(NewCell& cell) const {
   }
 }
 
-// Where one box of a smaller limit reaches into the cell, which is beyond that limit everywhere and within
-// the large one: then a block is what both share.
-bool AllowedSpace::is_cut_by_one_box(NewCell& cell) const {
+// Where boxes of smaller limits reach into the cell, which is beyond these limits everywhere and within the
+// large one: then a block is what they share with the cell, where that is one box.
+bool AllowedSpace::is_cut_by_boxes(NewCell& cell) const {
   const double reach = kRoot3 * cell.half;
-  const LimitBox* cut = nullptr;
+  if (cell.distance + reach > over_) return false;
+  std::vector<Bounds> shared;
   for (const LimitBox& each : boxes_) {
     if (!each.touches(cell.centre, cell.half)) continue;
-    if (cut != nullptr || each.axes != Matrix3::Identity()) return false;
-    cut = &each;
+    if (each.axes != Matrix3::Identity() || cell.distance - reach <= each.limit) return false;
+    shared.push_back({cell.low.cwiseMax(each.box.low), cell.high.cwiseMin(each.box.high)});
   }
-  if (cut == nullptr || cell.distance - reach <= cut->limit || cell.distance + reach > over_) return false;
-  cell.low = cell.low.cwiseMax(cut->box.low);
-  cell.high = cell.high.cwiseMin(cut->box.high);
+  const std::optional<Bounds> block = as_one_box(std::move(shared));
+  if (!block) return false;
+  cell.low = block->low;
+  cell.high = block->high;
   return true;
 }
 
@@ -322,6 +355,11 @@ bool AllowedSpace::find_wall(NewCell& cell) const {
 }
 
 void AllowedSpace::divide(std::uint32_t cell) {
+  if (cells_.size() + 8 > most_cells_)
+    reject("fit", "more than " + std::to_string(most_cells_) + " cells of space about a mesh of " +
+                      figure(mesh_.bounds().diagonal()) + " m, at an error of " +
+                      figure(least_limit(places_[0].centre, places_[0].half)) +
+                      " m somewhere: ask for a larger one, or for it in smaller regions");
   const Place parent = places_[cell];
   const double half = 0.5 * parent.half;
   cells_[cell].children = static_cast<std::uint32_t>(cells_.size());

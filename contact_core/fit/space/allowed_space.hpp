@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -37,7 +38,11 @@ double least_limit(double over, std::span<const LimitBox> boxes, std::span<const
 /// proof: a corner or an edge can reach between points, by half their distance. For one thread.
 class AllowedSpace {
  public:
-  AllowedSpace(const MeshDistance& mesh, double over, std::span<const LimitBox> boxes);
+  static constexpr std::size_t kMostCells = std::size_t{1} << 24;  ///< of some 150 bytes each
+
+  /// @param most_cells queries that would take more throw an InputError
+  AllowedSpace(const MeshDistance& mesh, double over, std::span<const LimitBox> boxes,
+               std::size_t most_cells = kMostCells);
 
   /// The excess that is allowed at a point [m].
   double limit_at(const Vector3& p) const;
@@ -96,7 +101,7 @@ class AllowedSpace {
   std::uint32_t cell_at(const Vector3& p) const;
   void keep(const NewCell& cell);
   void classify(NewCell& cell) const;
-  bool is_cut_by_one_box(NewCell& cell) const;
+  bool is_cut_by_boxes(NewCell& cell) const;
   bool is_near_one_triangle(const NewCell& cell, const Vector3& away) const;
   void draw_in(NewCell& cell) const;
   bool find_wall(NewCell& cell) const;
@@ -113,6 +118,7 @@ class AllowedSpace {
   const MeshDistance& mesh_;
   double over_;
   std::vector<LimitBox> boxes_;
+  std::size_t most_cells_;
   std::vector<Cell> cells_;
   std::vector<Place> places_;  ///< of the cells
   std::vector<Vector3> forbidden_;
