@@ -52,7 +52,7 @@ class Search {
     try {
       approach();
       look_elsewhere();
-      if (request_.with_uniform) add(tolerance_, tolerance_, true);
+      if (request_.with_uniform) add_uniform();
     } catch (const TimeIsUp&) {
       result_.is_cut = true;
     }
@@ -84,6 +84,15 @@ class Search {
       has_better = true;
     }
     if (!has_better && is_new(kFiner * tolerance_)) add(tolerance_, kFiner * tolerance_, false);
+  }
+
+  // What the others found holds without it.
+  void add_uniform() {
+    try {
+      add(tolerance_, tolerance_, true);
+    } catch (const InputError& error) {
+      result_.not_uniform = error.what();
+    }
   }
 
   // Whether covers that keep to an error elsewhere are others than those of any larger one.
@@ -338,6 +347,8 @@ std::string serves_text(const ServesResult& result, const ServesRequest& request
   }
   std::string text = table.str() + "\n";
   if (result.best) text += zones_text(result.rows[*result.best], request);
+  if (!result.not_uniform.empty())
+    text += fmt::format("no cover right to the tolerance everywhere: {}\n", result.not_uniform);
   if (result.is_cut) text += fmt::format("the time was up after {:.4g} s\n", *request.seconds);
   // The search may end without a cover within the tolerance.
   if (!result.best) return text + "no cover is right to any error\n";

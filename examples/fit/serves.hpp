@@ -100,7 +100,8 @@ struct ServesResult {
   /// The row that serves with the fewest hexahedra; where none does, the one that is right to the least
   /// error.
   std::optional<std::size_t> best;
-  bool is_cut = false;  ///< the time was up before all was tried
+  bool is_cut = false;           ///< the time was up before all was tried
+  std::string not_uniform = {};  ///< why there is no uniform row that was asked for
 };
 
 /// Fits with ever smaller errors in the zones, down to the tolerance, and then with several errors elsewhere.
