@@ -103,6 +103,9 @@ Soup read_dae(const std::filesystem::path& file, std::string_view text, bool tur
   }
   if (!scene || !scene->mRootNode || scene->mNumMeshes == 0)
     task.fail(scene ? "no mesh in it" : one_line(importer.GetErrorString()));
+  // The unit, in single precision, is the root's scale.
+  if (Transform::of(scene->mRootNode->mTransformation).A == Matrix3::Zero())
+    task.fail("its unit, <unit meter=...>, is 0 m: a length > 0 is needed");
   SceneReader reader{*scene, task};
   reader.take_node(*scene->mRootNode, {}, 0);
   reader.soup.relative_rounding = kSinglePrecision;

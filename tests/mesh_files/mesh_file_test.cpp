@@ -151,6 +151,8 @@ TEST(MeshFile, UnitsAreStatedOrAskedFor) {
   EXPECT_LE(norm(loaded.report.high - Vector3(0.011, 0.002, 0.003)), loaded.report.rounding);
   EXPECT_GT(loaded.report.rounding, 0.0);
   EXPECT_LT(loaded.report.rounding, 1e-7);
+  EXPECT_THAT(error("a.dae", dae(R"(<unit name="none" meter="0"/>)")),
+              HasSubstr("a.dae: its unit, <unit meter=...>, is 0 m"));
 }
 
 TEST(MeshFile, TheUpAxisIsStatedOrTakenAsWritten) {
