@@ -31,9 +31,9 @@
 /// numbers that are none). Stops further than pi from a joint's start are refused. ODE's direct method breaks
 /// down (LCP internal error) where pivots tie, as where contacts repeat each other to the bit: corners of a
 /// box at rest do with our check, so that ODE gets each of ours 1e-15 to 3e-15 m deeper, by turns. Where it
-/// breaks down all the same, the step is taken again, with contacts so soft that 1e-8, then 1e-6, then 1e-4
-/// of the velocity which their impulses give to the lightest body stays (EngineStep::unconverged counts
-/// these); where that does not help it fails.
+/// breaks down all the same, the step is taken again with its contacts, not its joints, softer: so that 1e-8,
+/// then 1e-6, 1e-4, 1e-2 of the velocity which their impulses give to the lightest body stays, as far as that
+/// is softer than usual (EngineStep::unconverged is 1 in such a step); where none helps it fails.
 
 namespace touchstone {
 

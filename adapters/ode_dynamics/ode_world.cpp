@@ -27,7 +27,8 @@ constexpr double kThinnest = 1e-6;
 constexpr double kTieBreak = 1e-15;
 
 /// Where ODE's direct method breaks down all the same, the step is taken with softer contacts: these shares
-/// of the velocity that their impulses give to the lightest body stay.
+/// of the velocity that their impulses give to the lightest body stay. Shares of no more than ODE's usual
+/// softness would be the failed step again.
 constexpr std::array kSofter = {1e-8, 1e-6, 1e-4, 1e-2};
 
 /// World, space and joint group, as ODE wants them made and destroyed.
@@ -84,6 +85,7 @@ class OdeEngine final : public SceneEngine {
     for (const EngineScene::BodyJoint& joint : bodies().body_joints())
       body_joints_.emplace_back(ode_.world, joint, body(joint.child), body(joint.parent));
     latches_.resize(bodies_.size());
+    before_.reserve(bodies_.size());
     start();
     keep_start();
   }
@@ -118,7 +120,7 @@ class OdeEngine final : public SceneEngine {
       dRandSetSeed(seed_);
       dWorldQuickStep(ode_.world, step_size());
       seed_ = dRandGetSeed();
-    } else if (!step_softer(step)) {
+    } else if (!step_or_soften(step)) {
       step.failure = "ODE: its direct method met contacts that it cannot solve (LCP internal error)";
       point_count_ = 0;
     }
@@ -247,26 +249,37 @@ class OdeEngine final : public SceneEngine {
   };
 
   /// By the direct method; where it breaks down, from the same state with softer contacts: kSofter.
-  bool step_softer(EngineStep& step) {
+  bool step_or_soften(EngineStep& step) {
     before_.clear();
     for (const dBodyID body : bodies_)
       if (body != nullptr)
         before_.push_back({bits_of(body), vector_of(dBodyGetForce(body)), vector_of(dBodyGetTorque(body))});
     if (step_directly(ode_.world, step_size())) return true;
+    ++step.unconverged;
     // The shares of kSofter become ODE's softness by the lightest body: its row has the most.
     double least = kInfinity;
     for (const EngineScene::Body& body : bodies().bodies())
       if (body.mass > 0.0) least = std::min(least, body.mass);
-    const double usual = dWorldGetCFM(ode_.world);
-    bool is_taken = false;
     for (const double share : kSofter) {
-      ++step.unconverged;
+      const double softness = share * step_size() / least;
+      if (softness <= dWorldGetCFM(ode_.world)) continue;
       put_back();
-      dWorldSetCFM(ode_.world, std::max(usual, share * step_size() / least));
-      if ((is_taken = step_directly(ode_.world, step_size()))) break;
+      soften_contacts(softness);
+      if (step_directly(ode_.world, step_size())) return true;
     }
-    dWorldSetCFM(ode_.world, usual);
-    return is_taken;
+    return false;
+  }
+
+  /// Makes the step's contacts anew, with this softness of all of their rows. The world's own would be that
+  /// of hinges and sliders, too: an arm would let go of what it holds beside a heap of light bodies.
+  void soften_contacts(double softness) {
+    dJointGroupEmpty(ode_.contacts);
+    for (std::size_t i = 0; i < point_count_; ++i) {
+      dSurfaceParameters& surface = points_[i].contact.surface;
+      surface.mode |= dContactSoftCFM | dContactSlip1 | dContactSlip2;
+      surface.soft_cfm = surface.slip1 = surface.slip2 = softness;
+      join(points_[i]);
+    }
   }
 
   void put_back() {
@@ -290,11 +303,18 @@ class OdeEngine final : public SceneEngine {
   /// A contact of the step, with what its joint did.
   struct Point {
     SolidPair solids;
-    bool first_is_null;  ///< its body: then ODE's first body is the second solid's
-    Vector3 p_W, n_W;    ///< ODE's normal: from the second to the first
+    dBodyID first, second;  ///< null: of the ground. Where `first` is, ODE has `second` first
+    Vector3 p_W, n_W;       ///< ODE's normal: from the second to the first
     double depth;
+    dContact contact;  ///< as ODE gets it
     dJointFeedback feedback;
   };
+
+  void join(Point& point) {
+    const dJointID joint = dJointCreateContact(ode_.world, ode_.contacts, &point.contact);
+    dJointAttach(joint, point.first, point.second);
+    dJointSetFeedback(joint, &point.feedback);
+  }
 
   /// Those that hold.
   template <class Action>
@@ -405,15 +425,14 @@ class OdeEngine final : public SceneEngine {
       if (point_count_ == points_.size()) points_.emplace_back();
       Point& point = points_[point_count_++];
       point.solids = solids;
-      point.first_is_null = body_a == nullptr;
+      point.first = body_a, point.second = body_b;
       point.p_W = vector_of(contact.geom.pos), point.n_W = vector_of(contact.geom.normal);
       point.depth = contact.geom.depth;
       // Depths that differ slightly keep the direct solver from ties.
       if (options_.is_direct && options_.is_ours)
         contact.geom.depth += kTieBreak * (1.0 + 0.37 * static_cast<double>(point_count_ % 7));
-      const dJointID joint = dJointCreateContact(ode_.world, ode_.contacts, &contact);
-      dJointAttach(joint, body_a, body_b);
-      dJointSetFeedback(joint, &point.feedback);
+      point.contact = contact;
+      join(point);
     }
   }
 
@@ -425,7 +444,7 @@ class OdeEngine final : public SceneEngine {
     out.p_W = point.p_W;
     out.n_AB_W = -point.n_W;
     const Vector3 on_first = vector_of(point.feedback.f1);
-    out.force_W = point.first_is_null ? on_first : Vector3(-on_first);
+    out.force_W = point.first == nullptr ? on_first : Vector3(-on_first);
     finish_contact(out);
     return out;
   }
