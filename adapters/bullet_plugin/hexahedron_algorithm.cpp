@@ -105,6 +105,7 @@ bool HexahedronAlgorithm::stays_apart(const ObjectPair& objects, const btManifol
           objects.a.getWorldTransform(), static_cast<const btBoxShape&>(a).getHalfExtentsWithMargin(),
           objects.b.getWorldTransform(), static_cast<const btBoxShape&>(b).getHalfExtentsWithMargin()))
     return false;
+  is_new_ = false;  // apart by more than rounding
   state_->checks.fetch_add(1, std::memory_order_relaxed);
   return true;
 }

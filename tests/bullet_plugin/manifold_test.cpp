@@ -5,6 +5,7 @@
 
 #include "touchstone/tests/bullet_plugin/collision_scene.hpp"
 #include "touchstone/tests/support/ask.hpp"
+#include "touchstone/tests/support/kept_pairs.hpp"
 
 // The solver's input: which points a manifold has, in which order, and what they remember.
 
@@ -42,6 +43,23 @@ TEST(TOUCHSTONE_SUITE, WhatIsPutTogetherTouchesThoughRoundingHasItApart) {
     for (int m = 0; m < scene.dispatcher.getNumManifolds(); ++m)
       touching += scene.dispatcher.getManifoldByIndexInternal(m)->getNumContacts() == 4 ? 1 : 0;
     EXPECT_EQ(touching, kCount - 1) << margin;
+  }
+}
+
+// With an observer no pair ends at the face that parts it: observed runs have the same contacts.
+TEST(TOUCHSTONE_SUITE, WhatWasApartTouchesWhereItTouchesObservedOrNot) {
+  KeptPairs observer;
+  for (PairObserver* const by :
+       {static_cast<PairObserver*>(nullptr), static_cast<PairObserver*>(&observer)}) {
+    CollisionScene scene(false);
+    const BulletPlugin plugin(scene.dispatcher, BulletPlugin::Options{EngineCheck::native, by});
+    scene.add(make_box(1, 1, 1), at(0, 0, 0));
+    btCollisionObject& b = scene.add(make_box(1, 1, 1), at(0, 0, 1.001));
+    ASSERT_EQ(scene.detect().getNumContacts(), 0);
+    b.setWorldTransform(to_engine(at(0, 0, 1.0 + std::numeric_limits<btScalar>::epsilon())));
+    EXPECT_EQ(scene.detect().getNumContacts(), 0) << (by != nullptr);
+    b.setWorldTransform(to_engine(at(0, 0, 1.0)));
+    EXPECT_EQ(scene.detect().getNumContacts(), 4) << (by != nullptr);
   }
 }
 
