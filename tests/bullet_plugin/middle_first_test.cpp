@@ -91,14 +91,14 @@ double median_creep(const Stack& stack, Check check) {
 }
 
 TEST(TOUCHSTONE_SUITE, TheMiddleFirstCreepsLessWithFewIterations) {
-  for (const Stack& stack : {Stack{3, 0.2, 10, 60}, {3, 0.2, 4, 240}, {5, 0.5, 4, 60}, {8, 0.2, 10, 240}}) {
+  for (const Stack& stack : {Stack{3, 0.2, 10, 60}, {5, 0.5, 4, 60}, {8, 0.2, 10, 240}}) {
     const double own = median_creep(stack, Check::own), corners = median_creep(stack, Check::corners),
                  middle = median_creep(stack, Check::middle);
     std::printf("%d cubes of %.1f m, %d iterations, %.0f Hz: own %.1e, corners %.1e, middle %.1e m\n",
                 stack.count, stack.size, stack.iterations, stack.rate, own, corners, middle);
     // In single precision rounding is what is left.
     EXPECT_LT(middle, corners / (sizeof(btScalar) == sizeof(double) ? 10.0 : 1.0));
-    EXPECT_LE(middle, own);
+    EXPECT_LT(middle, own / 2.0);
   }
 }
 
@@ -158,26 +158,21 @@ TEST(TOUCHSTONE_SUITE, TheMiddleKeepsItsNormalWhileTheFacesHardlyTurn) {
   const BulletPlugin plugin(scene.dispatcher, BulletPlugin::Options{EngineCheck::native, nullptr, true});
   scene.add(test::make_box(4, 4, 1), at(0, 0, -0.5));
   btCollisionObject& cube = scene.add(test::make_box(1, 1, 1), at(0, 0, 0.5));
+  btCollisionObject& plate = *scene.objects[0];
+  /// Of both turned about the place where they touch (the plate's face has it), the cube `x` along the face.
   const auto normal_at = [&](double turn, double x) {
-    btTransform X = cube.getWorldTransform();
-    X.setRotation(btQuaternion(btVector3(0, 1, 0), test::to_engine(turn)));
-    X.setOrigin(btVector3(test::to_engine(x), 0, test::to_engine(0.4999)));
-    cube.setWorldTransform(X);
+    const auto put = [&](btCollisionObject& object, double along, double up) {
+      btTransform X(btQuaternion(btVector3(0, 1, 0), test::to_engine(turn)));
+      X.setOrigin(X.getBasis() * btVector3(test::to_engine(along), 0, test::to_engine(up)));
+      object.setWorldTransform(X);
+    };
+    put(plate, 0, -0.5), put(cube, x, 0.4999);
     return scene.detect().getContactPoint(0).m_normalWorldOnB;
   };
   const btVector3 level = normal_at(0, 0);
-  // Both turn: the plate's face has the normal.
-  btCollisionObject& plate = *scene.objects[0];
-  const auto turn_plate = [&](double turn) {
-    btTransform X = plate.getWorldTransform();
-    X.setRotation(btQuaternion(btVector3(0, 1, 0), test::to_engine(turn)));
-    plate.setWorldTransform(X);
-  };
-  turn_plate(1e-5);
   EXPECT_EQ(normal_at(1e-5, 0), level);
-  // Beyond a hundredth of the breaking threshold, and of what slides, it is the faces'.
+  // It is the faces' of what slides, and where they turn by more than moves a corner by 0.2 mm.
   EXPECT_NE(normal_at(1e-5, 0.01), level);
-  turn_plate(1e-3);
   const btVector3 turned = normal_at(1e-3, 0.01);
   EXPECT_NEAR(std::abs(static_cast<double>(turned.x())), 1e-3, 1e-5);
 }

@@ -48,7 +48,8 @@ TEST(TOUCHSTONE_SUITE, WhatAFacePartsIsApart) {
     wrong += is_parted && !is_apart ? 1 : 0;
   }
   EXPECT_EQ(wrong, 0);
-  EXPECT_GT(3 * parted, apart);  // it is of use
+  // It is of use: less in single precision, whose rounding is wider than more of these gaps.
+  EXPECT_GT((sizeof(btScalar) == sizeof(double) ? 3 : 4) * parted, apart);
   std::printf("  apart %d, seen %d\n", apart, parted);
 }
 

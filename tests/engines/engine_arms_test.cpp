@@ -171,10 +171,10 @@ TEST_P(EngineArms, AnArmPressesOnAnother) {
   scene.mechanisms.push_back({"pusher", {rail}, {}});
   if (is_refused(EngineFeature::brakes, scene)) return;
   const auto engine = run(GetParam(), scene);
-  expect_error("pressed by [N]", std::abs(force_on(*engine, 0).y() - 1.0), 1e-6, is_soft() ? 0.05 : 1e-3);
+  expect_error("pressed by [N]", std::abs(force_on(*engine, 0).y() - 1.0), 1e-6, is_soft() ? 1e-5 : 1e-3);
   // On the head's two edges, 20 mm apart: 1.59 to 1.61 N m.
   expect_error("held with [N m]", std::abs(engine->joint_torque(kHinge) + 1.6), 0.011,
-               is_soft() ? 0.1 : 0.012);
+               is_soft() ? 1e-5 : 0.012);
 }
 
 /// A payload of a hundred rods flies by the rod's end and is caught there.
