@@ -233,16 +233,18 @@ Row measure_apart(const BoxScene& scene, const char* name, const MakeEngine& mak
 /// @param bullet its row; nothing measured: not there
 void print(const BoxScene& scene, const Row& row, const Row& bullet) {
   std::printf("| %s | %s | ", scene.name.c_str(), row.engine);
-  if (row.median > 0.0)
+  if (row.median > 0.0) {
     std::printf("%.1f | %.1f | %.1f | ", row.median, row.late, row.most);
-  else
-    std::printf("| | | ");
-  if (bullet.median > 0.0 && row.median > 0.0) std::printf("%.1f", row.most / bullet.median);
-  std::printf(" | %.0f | ", 100.0 * row.meeting);
-  if (bullet.meeting_median > 0.0 && row.median > 0.0) std::printf("%.1f", row.most / bullet.meeting_median);
-  std::printf(" | %.1e | %.1e | ", row.speed, row.late_speed);
-  if (scene.is_placed) std::printf("%.1e", row.drift);
-  std::printf(" | %.1e | %s |\n", row.gained, row.remarks);
+    if (bullet.median > 0.0) std::printf("%.1f", row.most / bullet.median);
+    std::printf(" | %.0f | ", 100.0 * row.meeting);
+    if (bullet.meeting_median > 0.0) std::printf("%.1f", row.most / bullet.meeting_median);
+    std::printf(" | %.1e | %.1e | ", row.speed, row.late_speed);
+    if (scene.is_placed) std::printf("%.1e", row.drift);
+    std::printf(" | %.1e", row.gained);
+  } else {
+    std::printf("| | | | | | | | |");  // its process ended before it could say
+  }
+  std::printf(" | %s |\n", row.remarks);
   std::fflush(stdout);
 }
 
