@@ -88,9 +88,10 @@ class BulletPlugin {
     /// Where four points hold a pair: a point in their midst first, and the three deepest. It begins in the
     /// middle and goes to where the last steps' impulses act. For few iterations (4 to 10) and long steps:
     /// one row there carries what rests on the face without turning it, where four corners turn it to and fro
-    /// and leave some of that in every step. The points keep the normal while the faces turn, from then on,
-    /// by less than moves a corner by a hundredth of the breaking threshold, and the pair does not slide. It
-    /// costs a corner: a box that slides over flush ones strays by 0.5 um, not 1e-14 m.
+    /// and leave some of that in every step. The points keep their normal while the pair does not slide, and
+    /// the faces turn from it by no more than moves the three corners about that point by a hundredth of the
+    /// breaking threshold. It costs a corner: a box that slides over flush ones strays by 0.5 um, not 1e-14
+    /// m.
     bool middle_first = false;
     /// With EngineCheck::native: whose answers stand inside instead of native's. Null: native's. A shape that
     /// it refuses goes to what the dispatcher had before, as one that is no hexahedron does.

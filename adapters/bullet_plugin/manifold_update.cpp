@@ -195,9 +195,9 @@ std::optional<Weights> weights_at(const btVector3& place, const Corners& corners
 /// turning it; four corners, taken one after the other, turn it to and fro, and few iterations leave some of
 /// that in every step. (The engine's hull check begins at the faces' middles, too.) It begins in the middle
 /// and goes half of the way to the centre of the last step's impulses at each update: the corners are left
-/// little to do then, and in whole ways it swings. The points keep the normal of the last update while it
-/// turns by next to nothing: faces that rock by 1e-5 rad under few iterations push what rests on them to one
-/// side.
+/// little to do then, and in whole ways it swings. The points keep the first normal as long as the faces turn
+/// from it by next to nothing: faces that rock by 1e-5 rad under few iterations push what rests on them to
+/// one side.
 class Supported {
  public:
   Supported(const ObjectPair& objects, std::span<const FoundPoint> found,
@@ -245,7 +245,8 @@ class Supported {
     return (apart - apart.dot(n) * n).length2() > least * least;
   }
 
-  /// Where the faces would come by less than least_way() as they turn to the normal found.
+  /// Where none of the three corners kept would move by more than least_way() about the middle as the faces
+  /// turned from the normal kept to the one found.
   void keep_normal(const ObjectPair& objects, const btPersistentManifold& manifold,
                    const ManifoldFeatures& before) {
     if (!had_middle(manifold, before) || slides(objects, manifold)) return;
