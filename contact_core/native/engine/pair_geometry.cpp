@@ -41,9 +41,9 @@ OrderedPair ordered(const SolidSet& set, const SolidPair& pair, std::span<const 
   const Pose& X_WB = poses[pair.b];
   const double a = X_WA.p.x(), b = X_WB.p.x();
   const bool swapped = a == b ? !comes_first(set, pair, X_WA, X_WB) : a > b;
-  // Without a branch, as in write().
-  const std::array<SolidIndex, 2> solids = {pair.a, pair.b};
-  return {{solids[swapped], solids[!swapped]}, swapped};
+  // Without a branch, as in write(), and through no memory: a single pair's kernel waits for it.
+  const SolidIndex exchange = (pair.a ^ pair.b) & (SolidIndex{0} - SolidIndex{swapped});
+  return {{pair.a ^ exchange, pair.b ^ exchange}, swapped};
 }
 
 void write(const OrderedPair& ordered, double separation, const Vector3& n, const Vector3& p_A,

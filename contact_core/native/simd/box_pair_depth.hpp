@@ -62,44 +62,35 @@ struct PairSearch {
   }
 
   /// Of the least overlap, or the greatest gap, as AxisSearch::choose() finds it: later axes only where they
-  /// are better. What it compares is right to a few u, so that its choice is among those within 2^-40 of the
-  /// least quotient, and no other axis has a part in it.
-  TOUCHSTONE_INLINE void choose() {
-    // No product of such quotients underflows.
-    constexpr double kNear = 0x1p-40, kTiny = 0x1p-900;
-    Double4 quotient[kRows], lowest = all<Double4>(kInfinite);
-    for (int k = 0; k < kRows; ++k) {
-      const Double4 of_three = overlap[k] * magnitude(overlap[k]) / length2[k];
-      quotient[k] = kLaneNumbers < Mask4{} + 3LL ? of_three : all<Double4>(kInfinite);
-      lowest = least(quotient[k], lowest);
-    }
-    lowest = least(lowest, __builtin_shufflevector(lowest, lowest, 2, 3, 0, 1));
-    lowest = least(lowest, __builtin_shufflevector(lowest, lowest, 1, 0, 3, 2));
-    const Double4 limit = lowest + (magnitude(lowest) * all<Double4>(kNear) + all<Double4>(kTiny));
+  /// are better. Axes that are surely worse than some face, as most across edges are, are passed over: one of
+  /// them that were the best so far would be replaced with that face, and be better than none after it.
+  /// @param face_square the signed square of the faces' least overlap
+  TOUCHSTONE_INLINE void choose(double face_square) {
+    // Faces' normals are of length 1 to 2^-18; no product of such quotients underflows.
+    constexpr double kSurely = 0x1p-15, kTiny = 0x1p-900;
+    const Double4 limit = all<Double4>(face_square + (__builtin_fabs(face_square) * kSurely + kTiny));
     unsigned near = 0;
-    for (int k = 0; k < kRows; ++k) near |= bits(quotient[k] <= limit) << 4 * k;
-    if (near == 0) return;
-    code = code_at(__builtin_ctz(near));
-    if ((near & (near - 1)) != 0) choose_among(near);
+    for (int k = 0; k < kRows; ++k)
+      near |= (bits(overlap[k] * magnitude(overlap[k]) <= limit * length2[k]) & 7u) << 4 * k;
+    // Of faces that touch, which are flush mostly, none overlaps less than the first.
+    constexpr unsigned kFaces = 0x77;
+    if ((face_square == 0.0) & ((near & ~kFaces) == 0)) {
+      near = bits(overlap[0] * overlap[0] <= Double4{}) & 7u;
+      if (near == 0) near = bits(overlap[1] * overlap[1] <= Double4{}) << 4;
+      code = code_at(__builtin_ctz(near));
+      return;
+    }
+    double best_square = kInfinite, best_length2 = 1.0;
+    for (; near != 0; near &= near - 1) {
+      const int place = __builtin_ctz(near), k = place / 4, lane = place % 4;
+      const double square = overlap[k][lane] * __builtin_fabs(overlap[k][lane]);
+      if (!(square * best_length2 < best_square * length2[k][lane])) continue;
+      best_square = square, best_length2 = length2[k][lane], code = code_at(place);
+    }
   }
 
  private:
   TOUCHSTONE_INLINE static int code_at(int place) { return 3 * (place / 4) + place % 4; }
-
-  /// @param near their places, 4 k + lane
-  TOUCHSTONE_INLINE void choose_among(unsigned near) {
-    double square_of[4 * kRows], length2_of[4 * kRows];
-    for (int k = 0; k < kRows; ++k) {
-      store(overlap[k] * magnitude(overlap[k]), square_of + 4 * k);
-      store(length2[k], length2_of + 4 * k);
-    }
-    double best_square = kInfinite, best_length2 = 1.0;
-    for (; near != 0; near &= near - 1) {
-      const int place = __builtin_ctz(near);
-      if (!(square_of[place] * best_length2 < best_square * length2_of[place])) continue;
-      best_square = square_of[place], best_length2 = length2_of[place], code = code_at(place);
-    }
-  }
 };
 
 /// Refines short axes of edges, as AxisSearch::add_short(): of each of A's edges no more than one of B's is
@@ -196,7 +187,7 @@ TOUCHSTONE_INLINE void search_pair_axes(const BoxPair& boxes, const double* R_WB
   if (any_short != 0)
     least_slack = least(least_slack, refine_pair_axes(boxes, R_WB, which, tie, margin, search));
   search.least_slack = least_of_three(least_slack);
-  search.choose();
+  if (!(stop_apart && search.least_slack < -margin_of)) search.choose(face * __builtin_fabs(face));
 }
 
 /// A vector's three coordinates in lanes.
@@ -352,9 +343,9 @@ struct SureAxis {
     // Of nearly parallel edges, and of pairs that nearly touch with a face, the search tells more.
     const double error = kSlackError * coarse.size + 2.0 * kPositionRoundoffs * kU * coarse.position;
     const Double4 steepest = greatest(greatest(coarse.abs_C[0], coarse.abs_C[1]), coarse.abs_C[2]);
-    if ((CoarsePair::in_three(steepest <= all<Double4>(kNotParallel)) != CoarsePair::kThree) |
-        !(__builtin_fabs(least_of_three(coarse.face)) > error))
-      return;
+    const Mask4 tells =
+        (steepest <= all<Double4>(kNotParallel)) & (magnitude(coarse.face) > all<Double4>(error));
+    if (CoarsePair::in_three(tells) != CoarsePair::kThree) return;
     // Squares of all overlaps, or gaps below 0: by A's faces, B's, and B's edges.
     Double4 square[5] = {coarse.face_a * magnitude(coarse.face_a), coarse.face_b * magnitude(coarse.face_b)};
     Double4 least_slack = coarse.face, least_square = least(square[0], square[1]);
@@ -372,7 +363,7 @@ struct SureAxis {
     unsigned near = 0;
     for (int k = 0; k < 5; ++k) near |= CoarsePair::in_three(square[k] <= limit) << 3 * k;
     if (!(coarse.counts & (near != 0) & ((near & (near - 1)) == 0) &
-          (__builtin_fabs(least_of_three(least_slack)) > error)))
+          (CoarsePair::in_three(magnitude(least_slack) > all<Double4>(error)) == CoarsePair::kThree)))
       return;
     const int place = __builtin_ctz(near);
     code = place < 6 ? place : 6 + 3 * (place % 3) + (place - 6) / 3;
