@@ -18,12 +18,13 @@ bool has_flag(const btCollisionObject& a, const btCollisionObject& b, int flag) 
 }
 
 /// Data that the points of a pair share.
-struct Materials {
+struct Shared {
   btScalar friction, restitution, rolling_friction, spinning_friction;
   btScalar damping = 0, stiffness = 0;
   int flags = 0;
+  btVector3 friction_direction_1, friction_direction_2;
 
-  Materials(const btCollisionObject& a, const btCollisionObject& b)
+  Shared(const btCollisionObject& a, const btCollisionObject& b, const btVector3& normal_on_B)
       : friction(btManifoldResult::calculateCombinedFriction(&a, &b)),
         restitution(btManifoldResult::calculateCombinedRestitution(&a, &b)),
         rolling_friction(btManifoldResult::calculateCombinedRollingFriction(&a, &b)),
@@ -34,6 +35,7 @@ struct Materials {
       flags |= BT_CONTACT_FLAG_CONTACT_STIFFNESS_DAMPING;
     }
     if (has_flag(a, b, btCollisionObject::CF_HAS_FRICTION_ANCHOR)) flags |= BT_CONTACT_FLAG_FRICTION_ANCHOR;
+    btPlaneSpace1(normal_on_B, friction_direction_1, friction_direction_2);
   }
 };
 
@@ -43,23 +45,24 @@ btVector3 local_point_on_A(const ObjectPair& objects, const FoundPoint& found) {
 }
 
 /// Writes a point into `slot` as btManifoldResult::addContactPoint would.
-void make_point(const ObjectPair& objects, const Materials& materials, const FoundPoint& found,
+void make_point(const ObjectPair& objects, const Shared& shared, const FoundPoint& found,
                 btManifoldPoint& slot) {
   const btTransform& X_WB = objects.b.getCollisionObject()->getWorldTransform();
   auto& point = *new (&slot) btManifoldPoint(
       local_point_on_A(objects, found), X_WB.invXform(found.point_on_B), found.normal_on_B, found.distance);
   point.m_positionWorldOnA = found.point_on_B + found.normal_on_B * found.distance;
   point.m_positionWorldOnB = found.point_on_B;
-  point.m_combinedFriction = materials.friction;
-  point.m_combinedRestitution = materials.restitution;
-  point.m_combinedRollingFriction = materials.rolling_friction;
-  point.m_combinedSpinningFriction = materials.spinning_friction;
-  point.m_contactPointFlags = materials.flags;
-  if ((materials.flags & BT_CONTACT_FLAG_CONTACT_STIFFNESS_DAMPING) != 0) {
-    point.m_combinedContactDamping1 = materials.damping;
-    point.m_combinedContactStiffness1 = materials.stiffness;
+  point.m_combinedFriction = shared.friction;
+  point.m_combinedRestitution = shared.restitution;
+  point.m_combinedRollingFriction = shared.rolling_friction;
+  point.m_combinedSpinningFriction = shared.spinning_friction;
+  point.m_contactPointFlags = shared.flags;
+  if ((shared.flags & BT_CONTACT_FLAG_CONTACT_STIFFNESS_DAMPING) != 0) {
+    point.m_combinedContactDamping1 = shared.damping;
+    point.m_combinedContactStiffness1 = shared.stiffness;
   }
-  btPlaneSpace1(point.m_normalWorldOnB, point.m_lateralFrictionDir1, point.m_lateralFrictionDir2);
+  point.m_lateralFrictionDir1 = shared.friction_direction_1;
+  point.m_lateralFrictionDir2 = shared.friction_direction_2;
   point.m_partId0 = objects.a.m_partId, point.m_index0 = objects.a.m_index;
   point.m_partId1 = objects.b.m_partId, point.m_index1 = objects.b.m_index;
 }
@@ -139,16 +142,16 @@ class OldPoints {
   }
 
   /// Writes `found` into `slot` as what old point `k` has become.
-  void carry_on(int k, const ObjectPair& objects, const Materials& materials, const FoundPoint& found,
-                int slot, btPersistentManifold& manifold) const {
+  void carry_on(int k, const ObjectPair& objects, const Shared& shared, const FoundPoint& found, int slot,
+                btPersistentManifold& manifold) const {
     btManifoldPoint& point = manifold.getContactPoint(slot);
     if (whole_) {  // the engine decides whether the anchor holds
       btManifoldPoint fresh;
-      make_point(objects, materials, found, fresh);
+      make_point(objects, shared, found, fresh);
       point = (*whole_)[k];
       manifold.replaceContactPoint(fresh, slot);
     } else {
-      make_point(objects, materials, found, point);
+      make_point(objects, shared, found, point);
       memory_[k].write(point);
     }
     ++point.m_lifeTime;
@@ -350,21 +353,21 @@ void update_manifold(const ObjectPair& objects, std::span<const FoundPoint> poin
     return manifold.clearManifold();
   }
   // Found points are matched with old ones, and put in order.
-  const Materials materials(*objects.a.getCollisionObject(), *objects.b.getCollisionObject());
+  const Shared shared(*objects.a.getCollisionObject(), *objects.b.getCollisionObject(), found[0].normal_on_B);
   const Matching matching(objects, found, manifold, features);
   const bool turns = has_margin(objects.a) || has_margin(objects.b);
   const Slots order = supported.has_middle() ? Slots{0, 1, 2, 3}
                       : turns                ? turned_order(found, features)
                                              : deepest_last(found, matching, old_count);
-  const OldPoints old(manifold, (materials.flags & BT_CONTACT_FLAG_FRICTION_ANCHOR) != 0);
+  const OldPoints old(manifold, (shared.flags & BT_CONTACT_FLAG_FRICTION_ANCHOR) != 0);
   // Matched points carry on their impulses; the others begin anew.
   drop_the_rest(matching, count, manifold);
   for (int slot = 0; slot < count; ++slot) {
     const int i = order[slot], k = matching.old_of(i);
     if (k != kNone)
-      old.carry_on(k, objects, materials, found[i], slot, manifold);
+      old.carry_on(k, objects, shared, found[i], slot, manifold);
     else
-      make_point(objects, materials, found[i], manifold.getContactPoint(slot));
+      make_point(objects, shared, found[i], manifold.getContactPoint(slot));
     features.ids[slot] = found[i].feature_id;
   }
   features.count = count;

@@ -38,7 +38,7 @@ struct ObjectPair {
 /// Afterwards the manifold holds `points` and nothing else. Calls the engine's contact callbacks as the
 /// engine does: added for each point where a body asks for it, started, processed, destroyed, ended.
 /// @param by_middle of four points one in their midst, first, and three of them: BulletPlugin::Options.
-/// @pre no more points than MANIFOLD_CACHE_SIZE, none beyond the breaking threshold
+/// @pre no more points than MANIFOLD_CACHE_SIZE, none beyond the breaking threshold, all of one normal
 void update_manifold(const ObjectPair& objects, std::span<const FoundPoint> points,
                      btPersistentManifold& manifold, ManifoldFeatures& features, bool by_middle);
 

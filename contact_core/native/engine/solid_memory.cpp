@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstdint>
 
 namespace touchstone::native {
 namespace {
@@ -45,21 +46,38 @@ SolidMemory::~SolidMemory() {
   while (!places_.empty()) forget_oldest();
 }
 
+/// From one corner's coordinates: no more than a guess.
+std::size_t SolidMemory::recent_place(const SolidContent& content) {
+  std::uint64_t hash = 0;
+  for (const double coordinate : content.points[0])
+    hash = (hash ^ std::bit_cast<std::uint64_t>(coordinate)) * 0x9e3779b97f4a7c15u;
+  return hash >> 58;  // round numbers differ in their highest bits only
+}
+
 std::optional<SolidHandle> SolidMemory::find(const SolidContent& content) {
-  if (const auto known = places_.find(content); known != places_.end()) {
-    order_.splice(order_.begin(), order_, known->second.in_order);
-    return known->second.solid;
+  Places::value_type*& recent = recent_[recent_place(content)];
+  if (recent == nullptr || !SameBits{}(recent->first, content)) {
+    const auto known = places_.find(content);
+    recent = known == places_.end() ? nullptr : &*known;
   }
+  if (recent != nullptr) {
+    if (order_.front() != &recent->first) order_.splice(order_.begin(), order_, recent->second.in_order);
+    return recent->second.solid;
+  }
+  // A content that is not remembered.
   const std::optional<SolidHandle> solid = store_->acquire(content);
   const auto place = places_.try_emplace(content).first;
   order_.push_front(&place->first);
   place->second = {solid, order_.begin()};
+  recent = &*place;
   if (places_.size() > kPlaces) forget_oldest();
   return solid;
 }
 
 void SolidMemory::forget_oldest() {
   const auto oldest = places_.find(*order_.back());
+  Places::value_type*& recent = recent_[recent_place(oldest->first)];
+  if (recent == &*oldest) recent = nullptr;
   if (oldest->second.solid) store_->release(*oldest->second.solid);
   order_.pop_back();
   places_.erase(oldest);

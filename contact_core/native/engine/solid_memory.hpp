@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <list>
 #include <memory>
 #include <optional>
@@ -39,10 +40,14 @@ class SolidMemory {
     std::list<const SolidContent*>::iterator in_order;
   };
 
+  static constexpr std::size_t kRecent = 64;  ///< six bits of a hash
+  static std::size_t recent_place(const SolidContent& content);
   void forget_oldest();
 
   std::shared_ptr<SolidStore> store_;
   Places places_;
+  /// Of each recent_place() the content asked for last, or null: most are found here, without the hash.
+  std::array<Places::value_type*, kRecent> recent_{};
   std::list<const SolidContent*> order_;  ///< the places' keys, the one asked for last in front
 };
 

@@ -56,6 +56,31 @@ bool is_finite(const SolidContent& content) {
   return true;
 }
 
+/// Whether both are valid (is_valid_pose), by the same operations on both at once; false where these
+/// overflow, too.
+bool are_surely_valid(const Pose& A, const Pose& B) {
+  using Both = double __attribute__((vector_size(16)));
+  const auto both_of = [&](int k, int i) { return Both{A.R(k, i), B.R(k, i)}; };
+  const Both x[3] = {both_of(0, 0), both_of(1, 0), both_of(2, 0)},
+             y[3] = {both_of(0, 1), both_of(1, 1), both_of(2, 1)},
+             z[3] = {both_of(0, 2), both_of(1, 2), both_of(2, 2)};
+  const auto dot_of = [](const Both(&u)[3], const Both(&v)[3]) {
+    return (u[0] * v[0] + u[1] * v[1]) + u[2] * v[2];
+  };
+  // Lengths, angles and handedness.
+  const Both one = {1.0, 1.0}, most = {kRotationTolerance, kRotationTolerance};
+  auto valid = one == one;
+  for (const Both off :
+       {dot_of(x, x) - one, dot_of(y, y) - one, dot_of(z, z) - one, dot_of(x, y), dot_of(x, z), dot_of(y, z)})
+    valid &= (off <= most) & (off >= -most);
+  const Both y_z[3] = {y[1] * z[2] - y[2] * z[1], y[2] * z[0] - y[0] * z[2], y[0] * z[1] - y[1] * z[0]};
+  valid &= dot_of(x, y_z) > Both{};
+  // Rotations are finite then.
+  const Both p = (Both{A.p.x(), B.p.x()} + Both{A.p.y(), B.p.y()}) + Both{A.p.z(), B.p.z()};
+  valid &= p - p == Both{};
+  return (valid[0] & valid[1]) != 0;
+}
+
 /// The pose as the check may take it.
 bool make_valid(Pose& X) {
   if (is_valid_pose(X)) return true;
@@ -201,7 +226,7 @@ void SolidStore::compute_manifold(const SolidHandle& a, const Pose& X_WA, const 
   if (poses.size() < set_.kinds.size()) poses.resize(set_.kinds.capacity());
   poses[pair.a] = X_WA;
   poses[pair.b] = X_WB;
-  if (!make_valid(poses[pair.a]) || !make_valid(poses[pair.b])) return;
+  if (!are_surely_valid(X_WA, X_WB) && (!make_valid(poses[pair.a]) || !make_valid(poses[pair.b]))) return;
   NarrowphaseInput input{{&pair, 1}, poses, query};
   input.query.max_separation = std::max(query.max_separation, 0.0);
   native::compute_geometry(set_, kernels_, input, {&answer.status, 1}, {&answer.geometry, 1}, answer.points);
