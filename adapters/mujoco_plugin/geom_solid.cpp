@@ -27,13 +27,6 @@ native::SolidMemory& memory_of(const std::shared_ptr<native::SolidStore>& store)
   return *other.memory;
 }
 
-SolidContent box_content(const mjModel& model, int geom) {
-  SolidContent content;
-  content.is_box = true;
-  for (int k = 0; k < 3; ++k) content.points[0][k] = 2.0 * model.geom_size[3 * geom + k];
-  return content;
-}
-
 /// All of the mesh where it has eight vertices, else those of its hull; in the mesh's order.
 bool mesh_content(const mjModel& model, int mesh, SolidContent& content) {
   const float* const vertices = model.mesh_vert + 3 * static_cast<std::ptrdiff_t>(model.mesh_vertadr[mesh]);
@@ -64,7 +57,10 @@ std::shared_ptr<native::SolidStore> solid_store() {
 std::optional<native::SolidHandle> solid_of(const std::shared_ptr<native::SolidStore>& store,
                                             const mjModel& model, int geom) {
   native::SolidMemory& memory = memory_of(store);
-  if (model.geom_type[geom] == mjGEOM_BOX) return memory.find(box_content(model, geom));
+  if (model.geom_type[geom] == mjGEOM_BOX) {
+    const mjtNum* const half = model.geom_size + 3 * static_cast<std::ptrdiff_t>(geom);
+    return memory.find_box({2.0 * half[0], 2.0 * half[1], 2.0 * half[2]});
+  }
   SolidContent content;
   if (!mesh_content(model, model.geom_dataid[geom], content)) return std::nullopt;
   return memory.find(content);

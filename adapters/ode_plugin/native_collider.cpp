@@ -68,10 +68,7 @@ std::optional<SolidHandle> solid_of_box(dGeomID box) {
   thread_local native::SolidMemory memory(solid_store());
   dVector3 sides;
   dGeomBoxGetLengths(box, sides);
-  native::SolidContent content;
-  content.is_box = true;
-  std::copy_n(sides, 3, content.points[0].begin());
-  return memory.find(content);
+  return memory.find_box({sides[0], sides[1], sides[2]});
 }
 
 void count_check() { checks.fetch_add(1, std::memory_order_relaxed); }

@@ -16,6 +16,13 @@ std::uint64_t fmix64(std::uint64_t key) {
   return key ^ (key >> 33);
 }
 
+bool same_bits(const std::array<double, 3>& p, const std::array<double, 3>& q) {
+  const auto differ = [&](int k) {
+    return std::bit_cast<std::uint64_t>(p[k]) ^ std::bit_cast<std::uint64_t>(q[k]);
+  };
+  return (differ(0) | differ(1) | differ(2)) == 0;
+}
+
 }  // namespace
 
 std::size_t SolidMemory::Hash::operator()(const SolidContent& content) const {
@@ -31,11 +38,7 @@ std::size_t SolidMemory::Hash::operator()(const SolidContent& content) const {
 
 bool SolidMemory::SameBits::operator()(const SolidContent& a, const SolidContent& b) const {
   if (a.is_box != b.is_box) return false;
-  const auto same = [](const std::array<double, 3>& p, const std::array<double, 3>& q) {
-    using Bits = std::array<std::uint64_t, 3>;
-    return std::bit_cast<Bits>(p) == std::bit_cast<Bits>(q);
-  };
-  return std::equal(a.points.begin(), a.points.begin() + used_points(a), b.points.begin(), same);
+  return std::equal(a.points.begin(), a.points.begin() + used_points(a), b.points.begin(), same_bits);
 }
 
 SolidMemory::SolidMemory(std::shared_ptr<SolidStore> store) : store_(std::move(store)) {
@@ -47,23 +50,35 @@ SolidMemory::~SolidMemory() {
 }
 
 /// From one corner's coordinates: no more than a guess.
-std::size_t SolidMemory::recent_place(const SolidContent& content) {
+std::size_t SolidMemory::recent_place(const std::array<double, 3>& corner) {
   std::uint64_t hash = 0;
-  for (const double coordinate : content.points[0])
+  for (const double coordinate : corner)
     hash = (hash ^ std::bit_cast<std::uint64_t>(coordinate)) * 0x9e3779b97f4a7c15u;
   return hash >> 58;  // round numbers differ in their highest bits only
 }
 
+std::optional<SolidHandle> SolidMemory::use(Places::value_type& known) {
+  if (order_.front() != &known.first) order_.splice(order_.begin(), order_, known.second.in_order);
+  return known.second.solid;
+}
+
+std::optional<SolidHandle> SolidMemory::find_box(const Sides& sides) {
+  Places::value_type* const recent = recent_[recent_place(sides)];
+  if (recent != nullptr && recent->first.is_box && same_bits(recent->first.points[0], sides))
+    return use(*recent);
+  SolidContent content;
+  content.is_box = true;
+  content.points[0] = sides;
+  return find(content);
+}
+
 std::optional<SolidHandle> SolidMemory::find(const SolidContent& content) {
-  Places::value_type*& recent = recent_[recent_place(content)];
+  Places::value_type*& recent = recent_[recent_place(content.points[0])];
   if (recent == nullptr || !SameBits{}(recent->first, content)) {
     const auto known = places_.find(content);
     recent = known == places_.end() ? nullptr : &*known;
   }
-  if (recent != nullptr) {
-    if (order_.front() != &recent->first) order_.splice(order_.begin(), order_, recent->second.in_order);
-    return recent->second.solid;
-  }
+  if (recent != nullptr) return use(*recent);
   // A content that is not remembered.
   const std::optional<SolidHandle> solid = store_->acquire(content);
   const auto place = places_.try_emplace(content).first;
@@ -76,7 +91,7 @@ std::optional<SolidHandle> SolidMemory::find(const SolidContent& content) {
 
 void SolidMemory::forget_oldest() {
   const auto oldest = places_.find(*order_.back());
-  Places::value_type*& recent = recent_[recent_place(oldest->first)];
+  Places::value_type*& recent = recent_[recent_place(oldest->first.points[0])];
   if (recent == &*oldest) recent = nullptr;
   if (oldest->second.solid) store_->release(*oldest->second.solid);
   order_.pop_back();

@@ -16,6 +16,7 @@ namespace touchstone::native {
 class SolidMemory {
  public:
   static constexpr std::size_t kPlaces = 1024;
+  using Sides = std::array<double, 3>;  ///< full lengths [m]
 
   explicit SolidMemory(std::shared_ptr<SolidStore> store);
   ~SolidMemory();
@@ -24,6 +25,8 @@ class SolidMemory {
 
   /// Held until kPlaces other contents have been asked for. Empty for a content that is no hexahedron.
   std::optional<SolidHandle> find(const SolidContent& content);
+  /// As find() of a box of these sides.
+  std::optional<SolidHandle> find_box(const Sides& sides);
 
  private:
   struct Hash {  ///< not noexcept: the places then keep theirs, and compare it first
@@ -41,7 +44,8 @@ class SolidMemory {
   };
 
   static constexpr std::size_t kRecent = 64;  ///< six bits of a hash
-  static std::size_t recent_place(const SolidContent& content);
+  static std::size_t recent_place(const std::array<double, 3>& corner);
+  std::optional<SolidHandle> use(Places::value_type& known);
   void forget_oldest();
 
   std::shared_ptr<SolidStore> store_;

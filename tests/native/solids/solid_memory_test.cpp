@@ -96,6 +96,31 @@ TEST(SolidMemory, ForgetsWhatWasAskedForLongestAgo) {
   EXPECT_EQ(store->size(), 0u);
 }
 
+/// With a corner at zero, so that the memory guesses the same place for all of them.
+SolidContent box_at_corner(const SolidContent& box) {
+  const auto& [x, y, z] = box.points[0];
+  const auto vertices = Hexahedron::from_size({x, y, z}).vertices();
+  SolidContent content;
+  for (std::size_t i = 0; i < content.points.size(); ++i)
+    for (int k = 0; k < 3; ++k) content.points[i][k] = vertices[i][k] - vertices[0][k];
+  return content;
+}
+
+TEST(SolidMemory, WhatIsForgottenIsTakenAnew) {
+  const auto store = std::make_shared<SolidStore>();
+  SolidMemory memory(store);
+  const SolidContent first = box(1, 2, 3);
+  ASSERT_TRUE(memory.find(first));
+  for (const SolidContent& other : random_boxes(SolidMemory::kPlaces))
+    ASSERT_TRUE(memory.find(box_at_corner(other)));
+  const std::size_t released = store->size();
+  EXPECT_EQ(memory.find_box(first.points[0])->content->points, first.points);
+  EXPECT_EQ(store->size(), released);  // in the place of the oldest of the others
+  const auto held = store->acquire(first);
+  EXPECT_EQ(store->size(), released);
+  store->release(*held);
+}
+
 TEST(SolidMemory, RemembersWhatIsNoHexahedron) {
   const auto store = std::make_shared<SolidStore>();
   SolidMemory memory(store);
