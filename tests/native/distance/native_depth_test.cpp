@@ -14,6 +14,10 @@
 #include "touchstone/tests/native/distance/all_features_reference.hpp"
 #include "touchstone/tests/native/native_fixture.hpp"
 
+#define TOUCHSTONE_ISA baseline
+#include "touchstone/contact_core/native/simd/box_pair_depth.hpp"
+#undef TOUCHSTONE_ISA
+
 // Depth, normal and witness points of pairs that overlap: against the reference in long double, against the
 // scalar code (best_facet_axis), over instruction sets, and in batches.
 
@@ -89,6 +93,78 @@ PosedSolids hard_pairs(std::uint64_t seed, int count) {
         out.add(random.box(), X_WA, random.sheared(), random.pose(0.5));
         out.poses.back().R = out.poses.back().R.cast<float>().cast<double>();
     }
+  }
+  return out;
+}
+
+/// Of two boxes, as DepthRecord::axis names it, unit; zero where its edges are nearly parallel.
+Vector3 unit_axis(const Pose& X_WA, const Pose& X_WB, int axis) {
+  Vector3 L = axis < 3 ? X_WA.R.col(axis) : X_WB.R.col(axis % 3);
+  if (axis >= 6) L = cross(X_WA.R.col((axis - 6) / 3), X_WB.R.col(axis % 3));
+  return norm(L) < 0x1p-9 ? Vector3::Zero() : Vector3(L / norm(L));
+}
+
+/// Along that axis; -infinity where there is none.
+double gap_along(const Hexahedron& a, const Pose& X_WA, const Hexahedron& b, const Pose& X_WB, int axis) {
+  const Vector3 L = unit_axis(X_WA, X_WB, axis);
+  if (L == Vector3::Zero()) return -kInfinity;
+  double gap = std::abs(dot(L, X_WB.p - X_WA.p));
+  for (int k = 0; k < 3; ++k) {
+    gap -= a.half_extents()[k] * std::abs(dot(L, X_WA.R.col(k)));
+    gap -= b.half_extents()[k] * std::abs(dot(L, X_WB.R.col(k)));
+  }
+  return gap;
+}
+
+/// The two axes of all 15 along which boxes overlap least, that one first.
+struct LeastAxes {
+  int axis[2] = {-1, -1};
+  double gap[2] = {-kInfinity, -kInfinity};
+
+  LeastAxes(const Hexahedron& a, const Pose& X_WA, const Hexahedron& b, const Pose& X_WB) {
+    for (int i = 0; i < 15; ++i) {
+      const double of = gap_along(a, X_WA, b, X_WB, i);
+      if (of > gap[0])
+        axis[1] = axis[0], gap[1] = gap[0], axis[0] = i, gap[0] = of;
+      else if (of > gap[1])
+        axis[1] = i, gap[1] = of;
+    }
+  }
+};
+
+/// Of a pair that a lone search of axes has: DepthScale's size.
+double size_of(const Hexahedron& a, const Pose& X_WA, const Hexahedron& b, const Pose& X_WB) {
+  return a.half_extents().sum() + b.half_extents().sum() + (X_WB.p - X_WA.p).cwiseAbs().sum();
+}
+
+/// Boxes that overlap along two axes by the same to 2^-24 to 2^-9 of their size, or to rounding, more
+/// along all others; rotations are off orthonormal by all but what poses may be.
+PosedSolids tied_boxes(std::uint64_t seed, int count) {
+  Random random(seed);
+  PosedSolids out;
+  const auto stretched = [&random](const Pose& X) {
+    Matrix3 by = Matrix3::Identity();
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j <= i; ++j) by(i, j) = by(j, i) = by(i, j) + (random.below(2) ? 0.45e-6 : -0.45e-6);
+    return Pose{X.R * by, X.p};
+  };
+  while (static_cast<int>(out.pairs.size()) < count) {
+    const Hexahedron a = random.box(), b = random.box();
+    const Pose X_WA = stretched(random.pose(0.3));
+    Pose X_WB = stretched(random.pose(0.6));
+    const LeastAxes least(a, X_WA, b, X_WB);
+    // B goes against the first axis, until that overlaps by as much as the second one.
+    const auto outwards = [&](int k) {
+      const Vector3 n = unit_axis(X_WA, X_WB, least.axis[k]);
+      return Vector3(dot(n, X_WB.p - X_WA.p) < 0.0 ? -n : n);
+    };
+    const Vector3 by = -outwards(0);
+    const double size = size_of(a, X_WA, b, X_WB), slope = 1.0 + dot(by, outwards(1));
+    const double wanted = random.below(4) == 0 ? 0.0 : size * std::ldexp(1.0, -9 - random.below(16));
+    if (slope < 0.1) continue;
+    X_WB.p += (least.gap[0] - least.gap[1] - (random.below(2) ? wanted : -wanted)) / slope * by;
+    const LeastAxes tied(a, X_WA, b, X_WB);
+    if (tied.gap[0] < 0.0 && tied.gap[0] - tied.gap[1] < 0x1p-8 * size) out.add(a, X_WA, b, X_WB);
   }
   return out;
 }
@@ -343,7 +419,10 @@ TEST(NativeDepthKernels, PairsInLanesHaveTheBitsOfOnePair) {
 
 TEST(NativeDepthKernels, EveryInstructionSetGivesTheGenericBits) {
   // Pairs of each kind.
-  const PosedSolids set = hard_pairs(4, 3000);
+  PosedSolids set = hard_pairs(4, 2500);
+  const PosedSolids tied = tied_boxes(9, 1000);
+  for (const SolidPair& pair : tied.pairs)
+    set.add(tied.solids[pair.a], tied.poses[pair.a], tied.solids[pair.b], tied.poses[pair.b]);
   const DepthOf depth{set};
   const auto boxes = pairs_of_kind(depth.data, set, native::SolidKind::box);
   const auto parallelepipeds = pairs_of_kind(depth.data, set, native::SolidKind::parallelepiped);
@@ -351,7 +430,7 @@ TEST(NativeDepthKernels, EveryInstructionSetGivesTheGenericBits) {
   const PosedSolids hulls = overlapping_hulls(7, 3000);
   const DepthOf depth_of_bent{hulls};
   const auto bent = pairs_of_kind(depth_of_bent.data, hulls, native::SolidKind::general);
-  ASSERT_GT(boxes.size(), 800u);
+  ASSERT_GT(boxes.size(), 1600u);
   const native::Kernels& generic = *native::available_kernels().of[0];
   const auto box_records = depth.boxes(generic, boxes),
              parallelepiped_records = depth.parallelepipeds(generic, parallelepipeds);
@@ -381,6 +460,41 @@ TEST(NativeDepthKernels, EveryInstructionSetGivesTheGenericBits) {
     for (const native::PairIndices& pair : bent)
       expect_same_bits(depth_of_bent.hulls(generic, pair), depth_of_bent.hulls(kernels, pair));
   }
+}
+
+/// What a lone contact takes from its first pass, in place of the search.
+TEST(NativeDepthKernels, TheFirstPassTellsTheAxisOfMostLoneContacts) {
+  namespace simd = native::baseline;
+  Random random(10);
+  PosedSolids set;
+  for (int i = 0; i < 5000; ++i) set.add(random.box(), random.pose(0.5), random.box(), random.pose(1.0));
+  const DepthOf depth{set};
+  int met = 0, sure_of_axis = 0, apart = 0, sure_of_gap = 0;
+  for (const native::PairIndices& pair : pairs_of_kind(depth.data, set, native::SolidKind::box)) {
+    DepthRecord found;
+    native::kernels().compute_box_pair_depth(depth.poses(), depth.data.boxes.data(), pair, false, &found);
+    const native::BoxRecord &a = depth.data.boxes[pair.a], &b = depth.data.boxes[pair.b];
+    const simd::CoarsePair coarse(depth.poses()[pair.a], a, depth.poses()[pair.b], b);
+    const simd::SureAxis sure(coarse, b);
+    // Where it tells, the search does not contradict.
+    if (sure.is_apart) {
+      ASSERT_EQ(found.certified, native::Certified::separated);
+    } else if (sure.code >= 0) {
+      ASSERT_EQ(found.certified, native::Certified::overlapping);
+      ASSERT_EQ(found.axis, sure.code);
+    }
+    // Pairs that a face separates do not get to it.
+    if (coarse.separates()) continue;
+    const bool is_apart = found.certified == native::Certified::separated;
+    ++(is_apart ? apart : met);
+    if (is_apart ? sure.is_apart : sure.code >= 0) ++(is_apart ? sure_of_gap : sure_of_axis);
+  }
+  EXPECT_GT(met, 1000);
+  EXPECT_GT(sure_of_axis, met / 2);
+  EXPECT_GT(apart, 30);
+  EXPECT_GT(sure_of_gap, apart / 2);
+  RecordProperty("met", met), RecordProperty("sure_of_axis", sure_of_axis);
+  RecordProperty("apart", apart), RecordProperty("sure_of_gap", sure_of_gap);
 }
 
 /// Three closed forms and the scalar code: within 16 u of the extent of one another, and certificates right.
@@ -422,20 +536,6 @@ TEST(NativeDepthKernels, AgreeWithTheScalarCodeWhereTheyAnswer) {
   }
 }
 
-/// Of two boxes along the axis that DepthRecord::axis names; -infinity where its edges are nearly parallel.
-double gap_along(const DepthOf& depth, const native::PairIndices& pair, int axis) {
-  const Pose &X_WA = depth.set.poses[pair.a], &X_WB = depth.set.poses[pair.b];
-  Vector3 L = axis < 3 ? X_WA.R.col(axis) : X_WB.R.col(axis % 3);
-  if (axis >= 6) L = cross(X_WA.R.col((axis - 6) / 3), X_WB.R.col(axis % 3));
-  if (norm(L) < 0x1p-9) return -kInfinity;
-  double gap = std::abs(dot(L, X_WB.p - X_WA.p));
-  for (int k = 0; k < 3; ++k) {
-    gap -= depth.data.boxes[pair.a].half_extents[k] * std::abs(dot(L, X_WA.R.col(k)));
-    gap -= depth.data.boxes[pair.b].half_extents[k] * std::abs(dot(L, X_WB.R.col(k)));
-  }
-  return gap / norm(L);
-}
-
 TEST(NativeDepthKernels, NameTheAxisAlongWhichBoxesAreFurthestApart) {
   Random random(8);
   PosedSolids set;
@@ -447,10 +547,11 @@ TEST(NativeDepthKernels, NameTheAxisAlongWhichBoxesAreFurthestApart) {
   for (std::size_t i = 0; i < boxes.size(); ++i) {
     if (records[i].certified != native::Certified::separated) continue;
     ++(records[i].axis >= 6 ? by_edges : by_faces);
-    double furthest = -kInfinity;
-    for (int axis = 0; axis < 15; ++axis) furthest = std::max(furthest, gap_along(depth, boxes[i], axis));
+    const Hexahedron &a = set.solids[boxes[i].a], &b = set.solids[boxes[i].b];
+    const Pose &X_WA = set.poses[boxes[i].a], &X_WB = set.poses[boxes[i].b];
+    const double furthest = LeastAxes(a, X_WA, b, X_WB).gap[0];
     ASSERT_GT(furthest, 0.0);
-    ASSERT_NEAR(gap_along(depth, boxes[i], records[i].axis), furthest, 1e-13) << i;
+    ASSERT_NEAR(gap_along(a, X_WA, b, X_WB, records[i].axis), furthest, 1e-13) << i;
   }
   EXPECT_GT(by_edges, 50);
   EXPECT_GT(by_faces, 300);
