@@ -26,13 +26,9 @@ struct PlainFaceLanes {
   QuadLanes<Pack> quad;
   Vector3Of<Pack> normal, anchor;
   Pack inverse;         // 1 / normal . n
-  MaskOf<Pack> number;  // of Hexahedron::kFaceVertices
+  MaskOf<Pack> number;  // of kQuads
   MaskOf<Pack> fits;
 };
-
-/// Hexahedron::kFaceVertices.
-inline constexpr int kQuads[6][4] = {{0, 1, 3, 2}, {4, 6, 7, 5}, {0, 4, 5, 1},
-                                     {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 5, 7, 3}};
 
 /// find_contact_faces() of one of the solids, A's for kIsB false.
 template <bool kIsB, class Pack>
@@ -54,7 +50,7 @@ TOUCHSTONE_INLINE void choose_plain_face(const double* const (&hulls)[Traits<Pac
   for (int f = 0; f < 6; ++f) {
     const Vector3Of<Pack> of_face = {local[f], local[6 + f], local[12 + f]};
     const Pack lean = dot(of_face, n_S);
-    const auto corner = [f](int k) { return kQuads[f][kIsB ? 3 - k : k]; };
+    const auto corner = [f](int k) { return int{kQuads[f][kIsB ? 3 - k : k]}; };
     if (f == 0) {
       best = lean, normal = of_face;
       for (int k = 0; k < 4; ++k) out.quad.p[k] = vertex_of(v, corner(k));

@@ -400,12 +400,12 @@ TOUCHSTONE_INLINE void write_placed(const SolidPairLanes<Pack>& pair, const Task
   double *a[kLanes], *b[kLanes], *rest[kLanes];
   for (int l = 0; l < kLanes; ++l) {
     PlacedHulls& placed = *tasks.of[l]->placed;
-    a[l] = placed.a, b[l] = placed.b, rest[l] = &placed.extent;
+    a[l] = placed.a, b[l] = placed.b, rest[l] = placed.origin;
   }
-  static_assert(__builtin_offsetof(PlacedHulls, origin) ==
-                __builtin_offsetof(PlacedHulls, extent) + sizeof(double));
+  static_assert(__builtin_offsetof(PlacedHulls, padding) ==
+                __builtin_offsetof(PlacedHulls, origin) + 3 * sizeof(double));
   scatter_vertices(pair.a.vertices, a), scatter_vertices(pair.b.vertices, b);
-  scatter_at(0, pair.extent, pair.origin.x, pair.origin.y, pair.origin.z, rest);
+  scatter_at(0, pair.origin.x, pair.origin.y, pair.origin.z, Pack{}, rest);
 }
 
 /// Writes what scalar code reads.

@@ -80,7 +80,11 @@ struct alignas(64) HullRecord {
   HullEdge edges[18];
 };
 
-/// The faces of a solid of six plane quadrangles, in the order of Hexahedron::kFaceVertices.
+/// Hexahedron::kFaceVertices, which kernels do not see.
+inline constexpr std::uint8_t kQuads[6][4] = {{0, 1, 3, 2}, {4, 6, 7, 5}, {0, 4, 5, 1},
+                                              {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 5, 7, 3}};
+
+/// The faces of a solid of six plane quadrangles, in the order of kQuads.
 struct alignas(64) PlainHull {
   double normals[3][6];  ///< outward, unit, in the solid's frame: x, y, z
   double padding[2];     ///< lanes load it, too
@@ -133,8 +137,8 @@ inline constexpr int kLaneFaces = 6, kLaneEdges = 12;
 /// Both solids' vertices as compute_hull_depths places them, about A's first: x of eight, y, z.
 struct alignas(64) PlacedHulls {
   double a[24], b[24];
-  double extent;     ///< see HullPair
   double origin[3];  ///< in the world
+  double padding;    ///< lanes write it, too
 };
 
 /// A pair for compute_hull_depths, in the order of comes_first().

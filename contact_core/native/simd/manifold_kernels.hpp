@@ -30,8 +30,6 @@
 
 namespace touchstone::native::TOUCHSTONE_ISA {
 
-/// Face normals closer to n than this are equally close.
-constexpr double kSameLean = 4 * kU;
 /// Parallel edges no further apart than this many u * size coincide: a few times the usual error of the
 /// distance between them.
 constexpr double kCoincideRoundoffs = 8.0;
@@ -80,7 +78,7 @@ TOUCHSTONE_INLINE ContactFace<Pack> contact_face(const DepthSolid<Pack>& s, cons
     half[i] = s.half[i] * s.direction[i];
   }
   // The axis that leans least against n; the first of equal ones.
-  const Pack same = all<Pack>(kSameLean);
+  const Pack same = all<Pack>(hull_clip::kSameLean);
   const MaskOf<Pack> over_first = magnitude_of[1] > magnitude_of[0] + same;
   const Pack best = over_first ? magnitude_of[1] : magnitude_of[0];
   const MaskOf<Pack> third = magnitude_of[2] > best + same;

@@ -24,6 +24,14 @@
 namespace touchstone::native {
 namespace {
 
+// The kernels number and turn faces as hexahedra do.
+static_assert([] {
+  for (int f = 0; f < 6; ++f)
+    for (int k = 0; k < 4; ++k)
+      if (kQuads[f][k] != Hexahedron::kFaceVertices[f][k]) return false;
+  return true;
+}());
+
 constexpr double kEps = 2.0 * kUnitRoundoff;
 constexpr double kFlat = 4 * kEps;  // per metre of size: a vertex this far off a face's plane belongs to it
 constexpr double kFlatPerThickness = 1e-3;     // keeps top and bottom of a slab thinner than that apart
