@@ -109,7 +109,7 @@ TOUCHSTONE_INLINE Double4 refine_pair_axes(const BoxPair& boxes, const double* R
   };
   const SearchedAxis<Double4> fine = refined_axis<Double4>(boxes.direction[0], b, boxes.T, widths);
   // Edges that are parallel have no axis; the turn that makes others parallel counts against the rest.
-  const Double4 infinity = all<Double4>(__builtin_inf()), length = square_root(fine.L2);
+  const Double4 infinity = all<Double4>(kInfinite), length = square_root(fine.L2);
   const Mask4 none = fine.L2 <= all<Double4>(kNoAxis2);
   const Double4 turn = turn_by(fine.L);
   const Mask4 counts = (fine.slack < -margin * length) & (fine.L2 > all<Double4>(kThinSquare));
@@ -118,7 +118,7 @@ TOUCHSTONE_INLINE Double4 refine_pair_axes(const BoxPair& boxes, const double* R
   Double4 slack = none ? infinity : fine.slack / length;
   for (int i = 0; i < 3; ++i) {
     if (which[i] < 0) {
-      slack[i] = __builtin_inf();
+      slack[i] = kInfinite;
       continue;
     }
     const Mask4 at = kLaneNumbers == Mask4{} + static_cast<long long>(which[i]);
@@ -140,7 +140,7 @@ TOUCHSTONE_INLINE void search_pair_axes(const BoxPair& boxes, const double* R_WB
                                         double margin_of, bool stop_apart, PairSearch& search) {
   const Double4 tie = all<Double4>(kTieRoundoffs * unit_size), margin = all<Double4>(margin_of);
   const Double4 slack_error = all<Double4>(kSlackRoundoffs * unit_size);
-  const Double4 infinity = all<Double4>(__builtin_inf());
+  const Double4 infinity = all<Double4>(kInfinite);
   // a_b[j]: |normal i of A . direction j of B|, lanes i; b_a[i]: |normal j of B . direction i of A|, lanes j.
   Double4 a_b[3], b_a[3], by_b[3];
   for (int k = 0; k < 3; ++k) a_b[k] = magnitude(dot(boxes.normal[0], boxes.each[1][k]));
@@ -331,9 +331,10 @@ TOUCHSTONE_INLINE void depth_along_axis(const PoseRecord* const (&X)[2], const B
 /// Its slacks s' are within 40 delta size + 48 u size < 2^-14 size of those s that the search has: both are
 /// within 14 delta size of those of the nearest rotations (box_box_overlap.cpp), and cross axes are replaced
 /// at another 6 delta size. Squares of lengths |L'| are within 12 delta < 2^-16. No edges here are as near to
-/// parallel as the search's short axes, |L'|^2 > 2^-7 - 2^-14, so that s' / |L'| is within 2^-10 size and
-/// 2^-10 size of s / |L|, of the first and the second error. Where all others lie 2^-8 size above the least,
-/// the search chooses that; and slacks beyond 2^-13 size + 8 u P are beyond its margins.
+/// parallel as the search's short axes, |L'|^2 > 2^-7 - 2^-14, so that s' / |L'| is off by 2^-10 size from
+/// the slack and by another 2^-10 size from the length; two axes together by 2^-8 size. Where all others lie
+/// 2^-8 size above the least, the search chooses that; and slacks beyond 2^-13 size + 8 u P are beyond its
+/// margins.
 struct SureAxis {
   static constexpr double kApart = 0x1p-8, kSlackError = 0x1p-13, kNotParallel = 1.0 - 0x1p-8;
   int code = -1;
