@@ -1,7 +1,9 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -31,6 +33,19 @@ inline Query whole_clip(QueryKind kind = QueryKind::manifold) {
 inline Answer ask(const Hexahedron& a, const Pose& X_WA, const Hexahedron& b, const Pose& X_WB,
                   QueryKind kind = QueryKind::manifold) {
   return ask(a, X_WA, b, X_WB, whole_clip(kind));
+}
+
+inline bool same_bits(double x, double y) {
+  return std::bit_cast<std::uint64_t>(x) == std::bit_cast<std::uint64_t>(y);
+}
+
+inline bool same_bits(const Vector3& p, const Vector3& q) {
+  return same_bits(p.x(), q.x()) && same_bits(p.y(), q.y()) && same_bits(p.z(), q.z());
+}
+
+inline bool same_bits(const PairGeometry& g, const PairGeometry& h) {
+  return same_bits(g.separation, h.separation) && same_bits(g.n_AB_W, h.n_AB_W) &&
+         same_bits(g.p_A_W, h.p_A_W) && same_bits(g.p_B_W, h.p_B_W);
 }
 
 /// Seeded, and the same on every compiler and standard library (no std::*_distribution).

@@ -1,6 +1,5 @@
 #include <gtest/gtest.h>
 
-#include <bit>
 #include <cmath>
 #include <numbers>
 
@@ -18,19 +17,6 @@ using native::DistanceRecord;
 using native::Kernels;
 using native::PairIndices;
 using native::SolidKind;
-
-bool same_bits(double x, double y) {
-  return std::bit_cast<std::uint64_t>(x) == std::bit_cast<std::uint64_t>(y);
-}
-
-bool same_bits(const Vector3& p, const Vector3& q) {
-  return same_bits(p.x(), q.x()) && same_bits(p.y(), q.y()) && same_bits(p.z(), q.z());
-}
-
-bool same_bits(const PairGeometry& g, const PairGeometry& h) {
-  return same_bits(g.separation, h.separation) && same_bits(g.n_AB_W, h.n_AB_W) &&
-         same_bits(g.p_A_W, h.p_A_W) && same_bits(g.p_B_W, h.p_B_W);
-}
 
 struct Pair {
   Hexahedron a, b;

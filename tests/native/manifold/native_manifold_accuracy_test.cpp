@@ -5,6 +5,9 @@
 #include <cstdio>
 #include <functional>
 #include <set>
+#include <span>
+#include <string>
+#include <vector>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/native/manifold/manifold.hpp"
@@ -384,16 +387,86 @@ TEST(NativeManifoldAccuracy, GeneralPairsOfABatchHaveThePointsOfSinglePairs) {
       const Answer alone = ask(*native, scene.poses, query, scene.pairs[i]);
       ASSERT_EQ(together.status[i], alone.status) << i;
       ASSERT_EQ(together.geometry[i].point_count, alone.geometry.point_count) << i;
+      ASSERT_TRUE(same_bits(together.geometry[i], alone.geometry)) << i;
       for (std::size_t k = 0; k < alone.points.size(); ++k, ++points) {
         const ContactPoint& point = together.points[static_cast<std::size_t>(query.max_points) * i + k];
-        ASSERT_EQ(point.p_A_W, alone.points[k].p_A_W) << i;
-        ASSERT_EQ(point.p_B_W, alone.points[k].p_B_W) << i;
-        ASSERT_EQ(point.separation, alone.points[k].separation) << i;
+        ASSERT_TRUE(same_bits(point.p_A_W, alone.points[k].p_A_W)) << i;
+        ASSERT_TRUE(same_bits(point.p_B_W, alone.points[k].p_B_W)) << i;
+        ASSERT_TRUE(same_bits(point.separation, alone.points[k].separation)) << i;
         ASSERT_EQ(point.feature_id, alone.points[k].feature_id) << i;
       }
     }
   }
   EXPECT_GT(points, 10000);
+}
+
+/// Clips of the pairs that a batch clips in lanes.
+std::vector<native::HullClipTask> hull_clip_tasks(const native::SolidSet& set, const AllPairs& scene,
+                                                  const Answers& answers) {
+  std::vector<native::HullClipTask> out;
+  for (std::size_t i = 0; i < scene.pairs.size(); ++i) {
+    const SolidPair& given = scene.pairs[i];
+    const bool swapped = !native::comes_first(set, given, scene.poses[given.a], scene.poses[given.b]);
+    const SolidPair pair = swapped ? SolidPair{given.b, given.a} : given;
+    const native::PlainHull *const a = set.solids[pair.a].plain, *const b = set.solids[pair.b].plain;
+    if (a == nullptr || b == nullptr) continue;
+    const Vector3 n = (swapped ? -1.0 : 1.0) * answers.geometry[i].n_AB_W;
+    out.push_back({{n.x(), n.y(), n.z(), answers.geometry[i].separation}, {pair.a, pair.b}, a, b});
+  }
+  return out;
+}
+
+/// What finish_hull_clip() reads.
+void expect_same_clip(const native::HullClipRecord& p, const native::HullClipRecord& q) {
+  using Bits = native::HullClipBits;
+  ASSERT_EQ(p.bits >> Bits::kFits & 1u, q.bits >> Bits::kFits & 1u);
+  if ((p.bits >> Bits::kFits & 1u) == 0) return;
+  ASSERT_EQ(p.bits, q.bits);
+  ASSERT_EQ(p.flush, q.flush);
+  ASSERT_TRUE(same_bits(p.tie, q.tie));
+  for (int k = 0; k < 3; ++k) ASSERT_TRUE(same_bits(p.origin[k], q.origin[k]));
+  for (int k = 0; k < 8; ++k) {
+    if ((p.bits >> (Bits::kLeft + k) & 1u) == 0) continue;
+    ASSERT_TRUE(same_bits(p.p_x[k], q.p_x[k]) && same_bits(p.p_y[k], q.p_y[k]));
+    ASSERT_TRUE(same_bits(p.p_z[k], q.p_z[k]) && same_bits(p.separation[k], q.separation[k]));
+  }
+}
+
+TEST(NativeManifoldAccuracy, EveryInstructionSetClipsGeneralPairsToTheSameBits) {
+  Random random(29);
+  const AllPairs scene = crossing_and_flush_blocks(random, 300);
+  const native::SolidSet set = native::make_solid_set(scene.solids);
+  const auto native = make_native();
+  native->build(scene.solids);
+  const std::vector<native::HullClipTask> tasks =
+      hull_clip_tasks(set, scene, ask(*native, scene.pairs, scene.poses, whole_clip()));
+  ASSERT_GT(tasks.size(), 800u);
+  const auto clipped = [&](const native::Kernels& kernels, std::span<const native::HullClipTask> some) {
+    std::vector<native::HullClipRecord> out(some.size());
+    kernels.clip_hulls(native::records_of(scene.poses), native::vertex_records(set), some.data(), some.size(),
+                       0.5, out.data());
+    return out;
+  };
+  // All in one call, and one a call.
+  const auto expected = clipped(*native::available_kernels().of[0], tasks);
+  for (int k = 0; k < native::available_kernels().count; ++k) {
+    const native::Kernels& kernels = *native::available_kernels().of[k];
+    const auto together = clipped(kernels, tasks);
+    for (std::size_t i = 0; i < tasks.size(); ++i) {
+      SCOPED_TRACE(kernels.isa + (" " + std::to_string(i)));
+      expect_same_clip(expected[i], together[i]);
+      expect_same_clip(expected[i], clipped(kernels, {&tasks[i], 1})[0]);
+      if (HasFatalFailure()) return;
+    }
+  }
+  // Most fit, and many have flush edges.
+  const auto share = [&](auto counts) {
+    return static_cast<double>(std::count_if(expected.begin(), expected.end(), counts)) /
+           static_cast<double>(expected.size());
+  };
+  EXPECT_GT(share([](const auto& clip) { return (clip.bits >> native::HullClipBits::kFits & 1u) != 0; }),
+            0.5);
+  EXPECT_GT(share([](const auto& clip) { return clip.flush != 0; }), 0.2);
 }
 
 /// The id of the same corner, for whom A and B are exchanged: see edge_label().

@@ -1,6 +1,5 @@
 #include <gtest/gtest.h>
 
-#include <bit>
 #include <cmath>
 #include <vector>
 
@@ -205,10 +204,6 @@ TEST(NativeFlush, AlignedHullsOfAnyShapeNeverContradictTheExactClass) {
     ASSERT_EQ(certified == native::Certified::overlapping, numerics::hulls_intersect(v[0], v[1])) << i;
   }
   EXPECT_GT(decided, 1000);
-}
-
-bool same_bits(double p, double q) {
-  return std::bit_cast<std::uint64_t>(p) == std::bit_cast<std::uint64_t>(q);
 }
 
 TEST(NativeFlush, AloneAndTogetherGiveTheSameBitsOnEveryInstructionSet) {
