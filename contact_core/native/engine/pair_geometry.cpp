@@ -563,7 +563,8 @@ void compute_general(const SolidSet& set, const Kernels& kernels, const Narrowph
     const std::size_t slot = batch.slots[i];
     const OrderedPair& pair = pairs[slot];
     const DistanceRecord& distance = records.distance[i];
-    // Pairs apart whose points go in lanes, too.
+    // Pairs apart whose points go in lanes, too. No distance is found of poses that are not finite: they fail
+    // in finish().
     if (faces && distance.state == DistanceState::found && clips.takes(pair.pair)) {
       write_separated(pair, distance, input, out.geometry[slot]);
       out.status[slot] = PairStatus::separated;

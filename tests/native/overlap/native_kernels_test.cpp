@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/contact_core/native/engine/pair_geometry.hpp"
 #include "touchstone/contact_core/native/overlap/overlap.hpp"
 #include "touchstone/contact_core/native/simd/kernels.hpp"
 #include "touchstone/contact_core/numerics/exact_predicates.hpp"
@@ -349,16 +350,20 @@ TEST(NativeKernels, BatchesAndSinglePairsAreRightOnEveryInstructionSet) {
   }
 }
 
-/// Whichever pass a pair gets to: near-touching boxes go through all of them.
+/// Whichever pass a pair gets to: near-touching boxes go through all of them, tapered solids apart through
+/// their distances and points in lanes.
 TEST(NativeKernels, PosesThatAreNotFiniteFailInBatches) {
   Crowd crowd = make_near_touching_boxes(20);
   Random random(44);
   for (int i = 0; i < 20; ++i)
     crowd.add(random.sheared(), random.pose(0.3), random.sheared(), random.pose(0.6));
   for (int i = 0; i < 20; ++i)
-    crowd.add(random.tapered(), random.pose(0.3), random.tapered(), random.pose(0.6));
+    crowd.add(random.tapered(), random.pose(0.3), random.tapered(), random.pose(i % 2 ? 0.6 : 3.0));
   const native::SolidSet set = native::make_solid_set(crowd.solids);
-  std::vector<PairStatus> status(crowd.pairs.size());
+  std::vector<PairStatus> status(crowd.pairs.size()), of_manifold(crowd.pairs.size());
+  std::vector<PairGeometry> geometry(crowd.pairs.size());
+  const Query manifold = whole_clip();
+  std::vector<ContactPoint> points(crowd.pairs.size() * kMaxManifoldPoints);
   const native::KernelList& list = native::available_kernels();
   for (const double bad : {kNaN, HUGE_VAL, -HUGE_VAL}) {
     for (int number = 0; number < 12; ++number) {
@@ -367,9 +372,13 @@ TEST(NativeKernels, PosesThatAreNotFiniteFailInBatches) {
         (number < 9 ? poses[i].R(number % 3, number / 3) : poses[i].p(number - 9)) = bad;
       for (int k = 0; k < list.count; ++k) {
         native::overlap(set, *list.of[k], crowd.pairs, poses, status);
+        native::compute_geometry(set, *list.of[k], {crowd.pairs, poses, manifold}, of_manifold, geometry,
+                                 points);
         for (std::size_t i = 0; i < status.size(); ++i) {
           const bool finite = is_finite(poses[2 * i]) && is_finite(poses[2 * i + 1]);
           ASSERT_EQ(status[i] == PairStatus::failed, !finite) << i << " " << number;
+          ASSERT_EQ(of_manifold[i] == PairStatus::failed, !finite) << i << " " << number;
+          ASSERT_EQ(geometry[i].point_count > 0, finite) << i << " " << number;
         }
       }
     }
