@@ -1,6 +1,8 @@
 #include "touchstone/tests/benchmarks/motion/arm_floor.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <iterator>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/threads/processor_time.hpp"
@@ -27,7 +29,6 @@ struct SweptPair {
   const Hexahedron* solid;
   RigidPath path;
   const ArmFlight::Block* block;
-  bool is_to_command;
 };
 
 /// The pairs that could meet on the arm's way from one set of joint values to another.
@@ -41,8 +42,8 @@ class PairSearch {
     for (const ArmFlight::Block& block : blocks_) bounds_.emplace_back().take_in(block.solid, block.X_WS);
   }
 
-  void append(const std::vector<double>& from, const std::vector<double>& to, bool is_to_command,
-              std::vector<SweptPair>& pairs) {
+  void find(const std::vector<double>& from, const std::vector<double>& to, std::vector<SweptPair>& pairs) {
+    pairs.clear();
     arm_.link_poses({}, from, X_WL_), arm_.link_poses({}, to, X_WL_to_);
     for (std::uint32_t i = 0; i < arm_.solids().size(); ++i) {
       const Hexahedron& solid = arm_.solids()[i];
@@ -52,8 +53,7 @@ class PairSearch {
       Bounds way;
       way.take_in(solid, X_WS), way.take_in(solid, X_WS_to);
       for (std::size_t k = 0; k < blocks_.size(); ++k)
-        if (way.meets(bounds_[k]))
-          pairs.push_back({&solid, RigidPath::between(X_WS, X_WS_to), &blocks_[k], is_to_command});
+        if (way.meets(bounds_[k])) pairs.push_back({&solid, RigidPath::between(X_WS, X_WS_to), &blocks_[k]});
     }
   }
 
@@ -84,23 +84,28 @@ std::vector<FlownFrame> fly_and_note(const ArmCase& wanted, std::size_t frames) 
 
 ToldFrames fly_as_told(const ArmCase& wanted, const std::vector<FlownFrame>& flown, int flights) {
   ToldFrames out;
+  std::vector<double> least;
   for (int i = 0; i < flights; ++i) {
     // The same flight again; its frames count once it has settled.
     ArmFlight flight(wanted);
     const std::size_t settling = static_cast<std::size_t>(flight.frames_until_settled());
     const std::size_t frames = flown.size() - settling;
-    out.times.resize(frames, kInfinity);
+    least.resize(frames, kInfinity);
     out.queries = out.steps = 0.0;
     for (std::size_t k = 0; k < flown.size(); ++k) {
-      const double start = 1e-6 * processor_us();
+      const double start = processor_us();
       const FrameReport report = flight.step_to(flown[k].to);
-      const double time = 1e-6 * processor_us() - start;
+      const double time = processor_us() - start;
       if (k < settling) continue;
-      out.times[k - settling] = std::min(out.times[k - settling], time);
+      double& of_frame = least[k - settling];
+      of_frame = report.slide_steps > 0 ? kNaN : std::min(of_frame, time);
       out.queries += static_cast<double>(report.queries) / static_cast<double>(frames);
       out.steps += report.slide_steps / static_cast<double>(frames);
     }
   }
+  // Frames in which it slid are the same in each flight.
+  std::copy_if(least.begin(), least.end(), std::back_inserter(out.us),
+               [](double us) { return !std::isnan(us); });
   return out;
 }
 
@@ -115,9 +120,8 @@ SweptFrames sweep(const ArmCase& wanted, const std::vector<FlownFrame>& flown, c
   std::vector<RigidPath> stand;
   for (std::size_t k = settling; k < flown.size(); ++k) {
     // The frame's pairs are found and set.
-    pairs.clear(), stand.clear();
-    search.append(flown[k].from, flown[k].commanded, true, pairs);
-    search.append(flown[k].from, flown[k].to, false, pairs);
+    search.find(flown[k].from, flown[k].commanded, pairs);
+    stand.clear();
     for (const SweptPair& pair : pairs) stand.emplace_back(pair.block->X_WS);
     while (sweeps.size() < pairs.size()) sweeps.push_back(entry.make());
     for (std::size_t i = 0; i < pairs.size(); ++i)
@@ -126,15 +130,15 @@ SweptFrames sweep(const ArmCase& wanted, const std::vector<FlownFrame>& flown, c
     double least = kInfinity;
     bool meets = false;
     for (int round = 0; round < kRounds; ++round) {
-      const double start = 1e-6 * processor_us();
+      const double start = processor_us();
       for (std::size_t i = 0; i < pairs.size(); ++i)
-        if (sweeps[i]->impact().has_value() && pairs[i].is_to_command) meets = true;
-      least = std::min(least, 1e-6 * processor_us() - start);
+        if (sweeps[i]->impact().has_value()) meets = true;
+      least = std::min(least, processor_us() - start);
     }
-    out.times.push_back(least);
+    out.us.push_back(least);
     out.sweeps += static_cast<double>(pairs.size()), out.meetings += meets ? 1.0 : 0.0;
   }
-  out.sweeps /= static_cast<double>(out.times.size()), out.meetings /= static_cast<double>(out.times.size());
+  out.sweeps /= static_cast<double>(out.us.size()), out.meetings /= static_cast<double>(out.us.size());
   return out;
 }
 

@@ -19,22 +19,22 @@ std::vector<FlownFrame> fly_and_note(const ArmCase& wanted, std::size_t frames);
 /// Frames in which the world is commanded to where the flight went: it has to prove the motion that is
 /// executed, and to find nothing.
 struct ToldFrames {
-  std::vector<double> times;  ///< of each frame the least of the flights [s]
-  double queries = 0.0;       ///< narrowphase calls a frame
-  double steps = 0.0;         ///< sub-steps of slides a frame: where rounding stopped the motion after all
+  std::vector<double> us;  ///< of each frame without a sub-step the least of the flights
+  double queries = 0.0;    ///< narrowphase calls a frame, of all
+  double steps = 0.0;  ///< sub-steps of slides a frame, of all: where rounding stopped the motion after all
 };
 ToldFrames fly_as_told(const ArmCase& wanted, const std::vector<FlownFrame>& flown, int flights);
 
 /// What an engine's own sweep takes for the same frames.
 struct SweptFrames {
-  std::vector<double> times;  ///< of all sweeps of a frame, the least of three rounds [s]
-  double sweeps = 0.0;        ///< a frame
-  double meetings = 0.0;      ///< share of frames in which one on the way to the command meets anything
+  std::vector<double> us;  ///< of all sweeps of a frame, the least of three rounds
+  double sweeps = 0.0;     ///< a frame
+  double meetings = 0.0;   ///< share of frames in which one meets anything
 };
 
-/// Sweeps each solid of the arm against each block, where the boxes about both on their ways meet: to the
-/// command, and to where the arm went. Poses at both ends are the arm's; between them the engine turns
-/// solids evenly. Searching for these pairs and setting them is not timed.
+/// Sweeps each solid of the arm against each block, where the boxes about both meet on the way to the
+/// command. Poses at both ends are the arm's; between them the engine turns solids evenly. Searching for
+/// these pairs and setting them is not timed.
 SweptFrames sweep(const ArmCase& wanted, const std::vector<FlownFrame>& flown, const SweepEntry& entry);
 
 }  // namespace touchstone

@@ -11,6 +11,7 @@
 
 #include "touchstone/adapters/all/all_backends.hpp"
 #include "touchstone/contact_core/threads/processor_time.hpp"
+#include "touchstone/examples/measures/common/quantiles.hpp"
 #include "touchstone/tests/benchmarks/motion/arm_floor.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
 
@@ -30,9 +31,10 @@
 // end of a frame, on average [rad].
 //
 // Beside each sliding row, what a part of its frames costs alone (arm_floor.hpp): native_told, a world that
-// is commanded to where the flight went and has to prove that motion only; sweeps_NAME, the engines' own
-// sweeps of the same frames' pairs, from where the arm was to its command and to where it went. `pairs` are
-// the sweeps of a frame, `meets` the share of frames in which a sweep to the command meets something.
+// is commanded to where the flight went and has to prove that motion only (`least_` are of the frames in
+// which it needs no sub-step, `steps` of all); sweeps_NAME, the engines' own sweeps of the same frames'
+// pairs, from where the arm was to its command. `pairs` are the sweeps of a frame, `meets` the share of
+// frames in which one meets something.
 
 namespace touchstone {
 namespace {
@@ -44,16 +46,17 @@ void fly_again(const ArmCase& wanted, std::vector<double>& times) {
   ArmFlight flight(wanted);
   for (int i = 0; i < flight.frames_until_settled(); ++i) flight.step();
   for (double& time : times) {
-    const double start = 1e-6 * processor_us();
+    const double start = processor_us();
     flight.step();
-    time = std::min(time, 1e-6 * processor_us() - start);
+    time = std::min(time, processor_us() - start);
   }
 }
 
-/// @param times sorted.
-double at_share(const std::vector<double>& times, double share) {
-  return times[std::min(times.size() - 1,
-                        static_cast<std::size_t>(share * static_cast<double>(times.size())))];
+/// Of each frame's least time.
+void set_least(benchmark::State& state, const std::vector<double>& us) {
+  const measures::StepTimes least = measures::step_times(us);
+  state.counters["least_median_us"] = least.median_us;
+  state.counters["least_p999_us"] = least.p999_us;
 }
 
 void fly(benchmark::State& state, const ArmCase& wanted) {
@@ -65,9 +68,9 @@ void fly(benchmark::State& state, const ArmCase& wanted) {
   double pairs = 0, calls = 0, steps = 0, limits = 0, behind = 0;
   const std::size_t allocations = allocation_count();
   while (state.KeepRunning()) {
-    const double start = 1e-6 * processor_us();
+    const double start = processor_us();
     const FrameReport report = flight.step();
-    times.push_back(1e-6 * processor_us() - start);
+    times.push_back(processor_us() - start);
     pairs += report.candidate_pairs, calls += static_cast<double>(report.queries),
         steps += report.slide_steps;
     limits += report.iteration_limits;
@@ -77,18 +80,15 @@ void fly(benchmark::State& state, const ArmCase& wanted) {
   // The least time of each frame, where the same flight is flown again.
   std::vector<double> least = times;
   for (int i = 1; i < kFlights && wanted.backend == "native"; ++i) fly_again(wanted, least);
-  std::sort(times.begin(), times.end()), std::sort(least.begin(), least.end());
   // Figures of the row.
   const double frames = static_cast<double>(times.size());
-  state.counters["median_us"] = 1e6 * at_share(times, 0.5);
-  state.counters["p999_us"] = 1e6 * at_share(times, 0.999);
-  if (wanted.backend == "native") {
-    state.counters["least_median_us"] = 1e6 * at_share(least, 0.5);
-    state.counters["least_p999_us"] = 1e6 * at_share(least, 0.999);
-  }
-  state.counters["worst_us"] = 1e6 * times.back();
-  state.counters["of_150ms"] = times.back() / 0.150;
-  state.counters["of_1ms"] = times.back() / 0.001;
+  const measures::StepTimes once = measures::step_times(times);
+  state.counters["median_us"] = once.median_us;
+  state.counters["p999_us"] = once.p999_us;
+  if (wanted.backend == "native") set_least(state, least);
+  state.counters["worst_us"] = once.worst_us;
+  state.counters["of_150ms"] = once.worst_us / 150e3;
+  state.counters["of_1ms"] = once.worst_us / 1e3;
   state.counters["allocations"] = allocated;
   state.counters["pairs"] = pairs / frames;
   state.counters["calls"] = calls / frames;
@@ -103,12 +103,6 @@ void register_run(const ArmCase& wanted, const std::string& label, int frames) {
   benchmark::RegisterBenchmark(name.c_str(), [wanted](benchmark::State& state) { fly(state, wanted); })
       ->Iterations(frames)
       ->Unit(benchmark::kMicrosecond);
-}
-
-void set_least(benchmark::State& state, std::vector<double> times) {
-  std::sort(times.begin(), times.end());
-  state.counters["least_median_us"] = 1e6 * at_share(times, 0.5);
-  state.counters["least_p999_us"] = 1e6 * at_share(times, 0.999);
 }
 
 /// The row counts a flight's frames as its iterations; all are timed within the first.
@@ -128,7 +122,7 @@ void register_floor_run(const std::string& what, const ArmCase& wanted, const st
 void register_floor(const ArmCase& wanted, const std::string& label) {
   register_floor_run("native_told", wanted, label, [=](benchmark::State& state, const auto& flown) {
     const ToldFrames told = fly_as_told(wanted, flown, kFlights);
-    set_least(state, told.times);
+    set_least(state, told.us);
     state.counters["calls"] = told.queries;
     state.counters["steps"] = told.steps;
   });
@@ -137,7 +131,7 @@ void register_floor(const ArmCase& wanted, const std::string& label) {
     const std::string what = "sweeps_" + entry.name;
     register_floor_run(what, wanted, label, [=](benchmark::State& state, const auto& flown) {
       const SweptFrames swept = sweep(wanted, flown, entry);
-      set_least(state, swept.times);
+      set_least(state, swept.us);
       state.counters["pairs"] = swept.sweeps;
       state.counters["meets"] = swept.meetings;
     });
