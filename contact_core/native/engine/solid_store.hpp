@@ -94,8 +94,8 @@ class SolidStore {
   // 2 key + 1, so that a pair of equal solids is a pair.
   SolidSet set_;
   Entries entries_;
-  /// A heap, the least first: after all are released the same contents get the same keys again, on which the
-  /// order depends in which another narrowphase is asked.
+  /// A heap, the least first: after all are released the same contents in the same order get the same keys
+  /// again, on which the order depends in which another narrowphase is asked.
   std::vector<Key> unused_;
   mutable std::shared_mutex mutex_;
   const Kernels& kernels_;

@@ -63,8 +63,7 @@ struct Goal {
 
 constexpr const char* kAhead =
     "the peer keeps no bound; of contacts 1 000 instructions find and certify the depth, 1 070 clip faces, "
-    "and "
-    "each step waits for the one before";
+    "and each step waits for the one before";
 constexpr const char* kAligned = "coordinates are compared after the filter for boxes at any turn";
 constexpr const char* kAxes = "780 instructions find the axis of a lone pair, 950 its nearest points";
 // Instructions are a pair's, counted in four lanes (AVX2).
@@ -79,8 +78,7 @@ constexpr const char* kCold = "cold data; kernels that leave few pairs open come
 constexpr const char* kFlush = "within rounding of a common plane: twice the precision, then integers";
 constexpr const char* kHullClass = "740 instructions, of which the search takes 650";
 constexpr const char* kHullDepth =
-    "2 960 instructions, of which a search takes 1 120, the depth of a pair that overlaps 2 750; cold, it "
-    "reads "
+    "2 960 instructions on average: a search 1 120; where the pair overlaps 2 750 more; cold, it reads "
     "13 cache lines of a pair apart, 33 of others";
 constexpr const char* kHullClip =
     "4 770 instructions, of which distance and depth take 2 960, clipping in lanes 940, its points 830";
