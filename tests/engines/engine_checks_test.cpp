@@ -174,7 +174,9 @@ TEST(EngineChecks, ResetAndRestoredRunsTakeTheirStepsAgain) {
   const auto end_of_run = [&](double end) {
     while (engine->time() < end - 0.5 * kStep) {
       engine->begin_step();
-      EXPECT_EQ(engine->step().failure, "");
+      const std::string failure = engine->step().failure;
+      EXPECT_EQ(failure, "");
+      if (!failure.empty()) break;  // time would stand still
     }
     std::vector<Pose> poses;
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) poses.push_back(engine->object_pose(i));

@@ -138,8 +138,10 @@ TEST_P(EngineSuite, AStackOfMillimetresStands) {
 /// beside it holds 100 kg, but for 1e-7 m/s of ODE's usual softness; as soft as contacts of cubes of 0.07 g
 /// its hinge would let the load fall.
 TEST(EngineOde, AnArmHoldsItsLoadBesideContactsThatAreSoftened) {
+  std::size_t asked = 0;
   for (const EngineChoice& choice : choices()) {
     if (choice.engine != "ode_direct") continue;
+    ++asked;
     DynamicScene scene = empty_scene(0.5);
     add_ground(scene);
     for (int i = 0; i < 5; ++i)
@@ -170,6 +172,7 @@ TEST(EngineOde, AnArmHoldsItsLoadBesideContactsThatAreSoftened) {
     EXPECT_GT(softened, 0u) << choice.text();
     EXPECT_LT(falls, 1e-6) << choice.text();
   }
+  if (asked == 0) GTEST_SKIP() << "no ode_direct in this build";
 }
 
 TEST_P(EngineSuite, AKinematicBodyPushesOn) {

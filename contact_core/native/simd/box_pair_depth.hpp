@@ -47,8 +47,8 @@ struct BoxPair {
 constexpr Mask4 kLaneNumbers = {0, 1, 2, 3};
 constexpr double kInfinite = __builtin_inf();
 
-/// The result of search_pair_axes(): by code 3 k + lane, and over all. Where that stops apart, the edges'
-/// entries are unset and `code` is 0, whichever face separates.
+/// The result of search_pair_axes(): by code 3 k + lane, and over all. Where that stops apart, `code` is 0,
+/// and where a face separates, the edges' entries are unset.
 struct PairSearch {
   static constexpr int kRows = 5;
   Double4 length2[kRows], overlap[kRows];

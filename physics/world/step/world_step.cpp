@@ -225,6 +225,7 @@ bool step_group(const Group& members, std::span<const Contact> contacts, StepCon
                 WorldParts& world) {
   GroupState& group = world.group;
   // The group gets its points, its joints and its budget of work.
+  step.is_resting = false;  // the spare below is no matter of the group before
   const bool is_alike =
       members.mechanisms.empty() && members.joints.empty() && mass_ratio(members, world.movers) <= kUnlike;
   double spare = is_alike ? std::min(step.spare, most_spare_of(members, world.movers, step)) : step.spare;
