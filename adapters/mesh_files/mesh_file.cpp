@@ -145,7 +145,7 @@ std::string to_string(const MeshReport& report) {
       out += "; " + std::to_string(count) + " " + what + ", the first at triangle " + std::to_string(first);
   };
   add(report.zero_area, "without an area left out", report.first_zero_area);
-  add(report.triangles_turned.size(), "turned to face as the others do",
+  add(report.triangles_turned.size(), "turned so that the surface faces one way",
       report.triangles_turned.empty() ? 0 : report.triangles_turned.front());
   add(report.open_edges, "open edges", report.first_open);
   add(report.crowded_edges, "edges of more than two triangles", report.first_crowded);

@@ -63,8 +63,8 @@ struct MeshReport {
   std::size_t first_turned = 0;
   /// Ascending indices of the triangles that were turned so that a surface faces one way. Only surfaces
   /// without a boundary, each edge between two triangles, with two sides, of which some triangles face one
-  /// and some the other are turned: outwards, or, where another may enclose them (they do not reach the
-  /// mesh's box), as at least three quarters of their triangles face, as they may be cavities. Others stay.
+  /// and some the other are turned: outwards, or, where another may enclose them (their box is within its
+  /// box), as at least three quarters of their triangles face, as they may be cavities. Others stay.
   std::vector<std::uint32_t> triangles_turned;
   std::size_t shells = 0;  ///< parts that share no vertex
   double volume = 0.0;     ///< signed, by the triangles' order [m3]; below 0: inside out. Closed meshes only

@@ -5,7 +5,10 @@
 #include <span>
 #include <utility>
 
+#include "touchstone/contact_core/fit/mesh_distance.hpp"
 #include "touchstone/contact_core/fit/meshes/places.hpp"
+#include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/contact_core/geometry/disjoint_sets.hpp"
 #include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/geometry/orientation.hpp"
 #include "touchstone/contact_core/input_error.hpp"
@@ -118,10 +121,12 @@ struct Neighbours {
   };
   std::vector<std::array<Neighbour, 3>> of;
   std::vector<std::uint8_t> count;  ///< of a triangle; 3 where each of its edges is between two
+  DisjointSets joined;              ///< triangles, across edges of any number
 
   explicit Neighbours(const std::vector<Triangle>& triangles)
-      : of(triangles.size()), count(triangles.size(), 0) {
+      : of(triangles.size()), count(triangles.size(), 0), joined(triangles.size()) {
     for_each_edge(sorted_sides(triangles), [&](std::span<const Side> edge) {
+      for (const Side& side : edge) joined.join(edge[0].triangle, side.triangle);
       if (edge.size() != 2) return;
       const bool is_turned = edge[0].is_up == edge[1].is_up;
       for (int i = 0; i < 2; ++i)
@@ -172,38 +177,81 @@ double six_volumes(const Surface& surface, const std::vector<std::uint8_t>& face
   return sum;
 }
 
-/// Whether another surface may enclose it: it does not reach the sides of the mesh's box.
-bool may_be_enclosed(const Surface& surface, const TriangleMesh& mesh, const MeshReport& report) {
-  const auto is_within = [&](const Vector3& v) {
-    for (int i = 0; i < 3; ++i)
-      if (!(v[i] > report.low[i] && v[i] < report.high[i])) return false;
-    return true;
+/// Boxes of surfaces, joined where they share edges. One that may be turned shares none: it has its own.
+class Boxes {
+ public:
+  Boxes(const TriangleMesh& mesh, Neighbours& neighbours) {
+    std::vector<std::uint32_t> place(mesh.triangles.size(), kNoIndex);
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+      const std::uint32_t first = neighbours.joined.least_of(t);
+      if (first == t) {
+        place[t] = static_cast<std::uint32_t>(boxes_.size());
+        boxes_.push_back({{}, t});
+      }
+      for (const std::uint32_t v : mesh.triangles[t]) boxes_[place[first]].of.add(mesh.vertices[v]);
+    }
+    // Those that begin first come first, so that most boxes are never asked.
+    std::sort(boxes_.begin(), boxes_.end(), [](const Box& l, const Box& r) {
+      return l.of.low.x() != r.of.low.x() ? l.of.low.x() < r.of.low.x() : l.first < r.first;
+    });
+    double farthest = -kInfinity;
+    for (const Box& box : boxes_) farthest_.push_back(farthest = std::max(farthest, box.of.high.x()));
+  }
+
+  /// @param first the surface's first triangle
+  bool may_be_enclosed(std::uint32_t first, const Bounds& box) const {
+    const auto end = std::upper_bound(boxes_.begin(), boxes_.end(), box.low.x(),
+                                      [](double x, const Box& other) { return x < other.of.low.x(); });
+    for (auto i = static_cast<std::size_t>(end - boxes_.begin()); i-- > 0;) {
+      if (farthest_[i] < box.high.x()) return false;
+      if (boxes_[i].first != first && holds(boxes_[i].of, box)) return true;
+    }
+    return false;
+  }
+
+ private:
+  struct Box {
+    Bounds of;
+    std::uint32_t first;  ///< triangle
   };
-  return std::all_of(surface.triangles.begin(), surface.triangles.end(), [&](std::uint32_t t) {
-    const Triangle& corners = mesh.triangles[t];
-    return std::all_of(corners.begin(), corners.end(),
-                       [&](std::uint32_t v) { return is_within(mesh.vertices[v]); });
-  });
+
+  static bool holds(const Bounds& outer, const Bounds& inner) {
+    for (int i = 0; i < 3; ++i)
+      if (inner.low[i] < outer.low[i] || inner.high[i] > outer.high[i]) return false;
+    return true;
+  }
+
+  std::vector<Box> boxes_;
+  std::vector<double> farthest_;  ///< along x, of a box and those before it
+};
+
+Bounds bounds_of(const Surface& surface, const TriangleMesh& mesh) {
+  Bounds bounds;
+  for (const std::uint32_t t : surface.triangles)
+    for (const std::uint32_t v : mesh.triangles[t]) bounds.add(mesh.vertices[v]);
+  return bounds;
 }
 
 /// @return those to be turned, as `faces` has them; 0: none.
 std::uint8_t wrong_side(const Surface& surface, const std::vector<std::uint8_t>& faces,
-                        const TriangleMesh& mesh, const MeshReport& report) {
+                        const TriangleMesh& mesh, const Boxes& boxes) {
   const std::size_t all = surface.triangles.size(), other = surface.facing_other;
   // Within another one it is a cavity or a solid: triangles that face both ways about as often do not say.
-  if (may_be_enclosed(surface, mesh, report)) return 4 * other <= all ? 2 : 4 * (all - other) <= all ? 1 : 0;
+  if (boxes.may_be_enclosed(surface.triangles[0], bounds_of(surface, mesh)))
+    return 4 * other <= all ? 2 : 4 * (all - other) <= all ? 1 : 0;
   return six_volumes(surface, faces, mesh) < 0.0 ? 1 : 2;
 }
 
 /// Where a surface bounds something, its triangles have to face one way.
 void turn_to_one_side(const std::vector<std::uint32_t>& in_file, TriangleMesh& mesh, MeshReport& report) {
-  const Neighbours neighbours(mesh.triangles);
+  Neighbours neighbours(mesh.triangles);
+  const Boxes boxes(mesh, neighbours);
   std::vector<std::uint8_t> faces(mesh.triangles.size(), 0);
   for (std::uint32_t first = 0; first < mesh.triangles.size(); ++first) {
     if (faces[first] != 0) continue;
     const Surface surface = surface_from(first, neighbours, faces);
     if (!surface.may_be_turned || surface.facing_other == 0) continue;
-    const std::uint8_t wrong = wrong_side(surface, faces, mesh, report);
+    const std::uint8_t wrong = wrong_side(surface, faces, mesh, boxes);
     for (const std::uint32_t t : surface.triangles) {
       if (faces[t] != wrong) continue;
       std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);

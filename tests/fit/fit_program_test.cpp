@@ -348,7 +348,7 @@ TEST_F(OtherFormats, ATurnedTriangleLeavesTheSolidWhole) {
   const FitRun run = fit(file, {1.0});
   EXPECT_EQ(run.closed_shells, 1U);
   EXPECT_EQ(run.fit.hexahedra.size(), 1U);
-  EXPECT_THAT(run.note, HasSubstr("1 turned to face as the others do, the first at triangle 5"));
+  EXPECT_THAT(run.note, HasSubstr("1 turned so that the surface faces one way, the first at triangle 5"));
   const std::filesystem::path certificate = write("certificate.json", certificate_text(run.certificate));
   EXPECT_TRUE(check_certificate(read_certificate(certificate), file).is_proven);
   EXPECT_THAT(
@@ -373,7 +373,7 @@ TEST_F(OtherFormats, ATurnedTriangleOpensNoOtherSolid) {
   EXPECT_EQ(run.open_edges, 0U);
   EXPECT_EQ(run.closed_shells, 2U);
   EXPECT_EQ(run.fit.hexahedra.size(), 2U);
-  EXPECT_THAT(run.note, HasSubstr("1 turned to face as the others do, the first at triangle 19"));
+  EXPECT_THAT(run.note, HasSubstr("1 turned so that the surface faces one way, the first at triangle 19"));
 }
 
 // Half of whose triangles face in: it is no cavity, and costs nothing.

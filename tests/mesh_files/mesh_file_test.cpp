@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <bit>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 
@@ -228,7 +229,7 @@ TEST(MeshFile, TrianglesThatFaceTheOtherWayAreTurned) {
   EXPECT_THAT(healed.report.triangles_turned, ElementsAre(3));
   EXPECT_EQ(healed.mesh.triangles[3], (std::array<std::uint32_t, 3>{2, 1, 3}));
   EXPECT_THAT(to_string(healed.report),
-              HasSubstr("1 turned to face as the others do, the first at triangle 3"));
+              HasSubstr("1 turned so that the surface faces one way, the first at triangle 3"));
   const MeshReport both = load("a.obj", vertices + sheet + "f 2 4 3\n" + solid).report;
   EXPECT_THAT(both.triangles_turned, ElementsAre(2));
   EXPECT_EQ(both.turned_edges, 1u);
@@ -297,6 +298,54 @@ TEST(MeshFile, ASurfaceInAnotherIsNoCavityByHalfOfItsTriangles) {
     EXPECT_THAT(report(inward).triangles_turned, IsEmpty()) << inward;
     EXPECT_THAT(to_string(report(inward)), HasSubstr("face opposite ways"));
   }
+}
+
+/// A closed cylinder from z = 0 to 2, its vertices from 1 + `first`, of 4 triangles a side, of which that at
+/// `flipped` faces the other way.
+std::string cylinder(int first, int sides, double radius, bool faces_in, int flipped) {
+  std::string text;
+  for (int k = 0; k < sides; ++k)
+    for (const int z : {0, 2}) {
+      const double angle = 2.0 * std::acos(-1.0) * k / sides;
+      text += "v " + std::to_string(radius * std::cos(angle)) + " " +
+              std::to_string(radius * std::sin(angle)) + " " + std::to_string(z) + "\n";
+    }
+  text += "v 0 0 0\nv 0 0 2\n";
+  for (int k = 0; k < sides; ++k) {
+    const int a = 2 * k, b = 2 * ((k + 1) % sides), low = 2 * sides, high = low + 1;
+    for (std::array<int, 3> f : std::vector<std::array<int, 3>>{
+             {a, b, b + 1}, {a, b + 1, a + 1}, {low, b, a}, {high, a + 1, b + 1}}) {
+      if (faces_in != (flipped-- == 0)) std::swap(f[1], f[2]);
+      text += "f";
+      for (const int i : f) text += " " + std::to_string(1 + first + i);
+      text += "\n";
+    }
+  }
+  return text;
+}
+
+// A pipe: its bore is as long as it is, and reaches the mesh's box at both ends.
+TEST(MeshFile, ABoreThatIsAsLongAsItsPipeIsNotFilled) {
+  constexpr int kSides = 24, kNone = -1;
+  const auto pipe = [](double inner, int flipped) {
+    return load("a.obj", cylinder(0, kSides, 1.0, false, kNone) +
+                             cylinder(2 * kSides + 2, kSides, inner, true, flipped))
+        .report;
+  };
+  const MeshReport whole = pipe(0.8, kNone), turned = pipe(0.8, 40);
+  EXPECT_TRUE(whole.triangles_turned.empty());
+  EXPECT_THAT(turned.triangles_turned, ElementsAre(4 * kSides + 40));
+  EXPECT_EQ(turned.volume, whole.volume);
+  EXPECT_LT(turned.volume, 0.4 * 2.0 * 3.2);
+}
+
+// No other surface's box holds the solids of an assembly, wherever they stand: each is turned outwards.
+TEST(MeshFile, ASolidAmidOthersIsTurnedOutwards) {
+  const MeshReport report = load("a.obj", block_vertices(0, 1) + block_vertices(2, 3) + block_vertices(4, 5) +
+                                              block_faces(0, 0) + block_faces(8, 6) + block_faces(16, 0))
+                                .report;
+  EXPECT_EQ(report.volume, 3.0);
+  EXPECT_EQ(report.triangles_turned.size(), 6U);
 }
 
 TEST(MeshFile, TrianglesWithoutAnAreaAreLeftOutAndCounted) {

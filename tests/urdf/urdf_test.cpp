@@ -163,8 +163,9 @@ TEST(Urdf, AMeshOfWhichTrianglesWereTurnedIsNoted) {
       urdf::parse_robot(R"(<robot name="r"><link name="a"><collision><geometry><mesh filename="file://)" +
                             file.string() + R"("/></geometry></collision></link></robot>)",
                         "r.urdf", {});
-  EXPECT_THAT(robot.notes,
-              testing::ElementsAre(HasSubstr("1 turned to face as the others do, the first at triangle 3")));
+  EXPECT_THAT(
+      robot.notes,
+      testing::ElementsAre(HasSubstr("1 turned so that the surface faces one way, the first at triangle 3")));
   std::filesystem::remove(file);
 }
 
