@@ -361,9 +361,14 @@ std::optional<Fit> best_of_tries(const View& view, const Parts& parts, const Fit
   for (int i = 0; i < options.tries; ++i) {
     // Another try takes what the tries so far took on average.
     if (best && static_cast<double>(record.visits) * (i + 1) / i > budget) break;
-    std::optional<Fit> fit = fit_within(view, parts, options, kStarts[i % kStarts.size()],
-                                        best ? best->hexahedra.size() : kAny, record);
-    if (fit && keeps_to(*fit, options) && (!best || is_better(*fit, *best))) best = std::move(fit);
+    try {
+      std::optional<Fit> fit = fit_within(view, parts, options, kStarts[i % kStarts.size()],
+                                          best ? best->hexahedra.size() : kAny, record);
+      if (fit && keeps_to(*fit, options) && (!best || is_better(*fit, *best))) best = std::move(fit);
+    } catch (const InputError&) {  // more memory than it may take; the cover of those before stands
+      if (!best) throw;
+      break;
+    }
   }
   if (best) return best;
   // The search filters; where that let something through, it looks again with less to spend.

@@ -75,6 +75,20 @@ TEST(FewerSets, PartsThatShareNothingHaveTheirOwnFewest) {
   EXPECT_EQ(fit::fewer_sets(sets, 3 * kParts, start, 1'000'000'000'000).size(), 2 * kParts);
 }
 
+// Also from a cover of two sets: one that holds both elements is looked for.
+TEST(FewerSets, PartsThatStartFromTwoSetsMayEndWithOne) {
+  std::vector<std::vector<std::uint32_t>> sets;
+  std::vector<std::size_t> start;
+  constexpr std::uint32_t kParts = 10;
+  for (std::uint32_t e = 0; e < 2 * kParts; e += 2) {
+    start.push_back(sets.size());
+    start.push_back(sets.size() + 1);
+    sets.insert(sets.end(), {{e}, {e + 1}, {e, e + 1}});
+  }
+  EXPECT_EQ(fit::fewer_sets(sets, 2 * kParts, start, 1'000'000).size(), kParts);
+  EXPECT_TRUE(fit::fewer_sets({}, 0, {}, 1'000'000).empty());
+}
+
 // Against counting each cell of each candidate, while candidates come, cells are covered and one is
 // forgotten.
 TEST(OpenCells, CountWhatEachCandidateHoldsOfThem) {
@@ -197,6 +211,13 @@ TEST(Fit, OfSeveralTriesTheFewestHexahedraCount) {
   const Fit fit = fit_hexahedra(blocks, options);
   EXPECT_LE(fit.excess, options.over);
   EXPECT_LT(fit.hexahedra.size(), one);
+  // Where a later try is refused, as it would take too much memory, the cover of those before stands.
+  int tries = 0;
+  options.progress = [&](std::string_view stage, double) {
+    if (stage == "cut" && ++tries == 2) throw InputError("too many cells");
+  };
+  EXPECT_EQ(fit_hexahedra(blocks, options).hexahedra.size(), one);
+  EXPECT_EQ(tries, 2);
 }
 
 TEST(Fit, KeepsToItsErrorAndToARegionsSmallerOne) {

@@ -47,7 +47,7 @@ class LocalSearch {
         if (best.size() <= least_) return best;
         take_out(least_missed(std::nullopt), i);
       }
-      if (chosen_.size() < 2) break;
+      if (chosen_.size() < 2) return one_of(best);
       take_out(least_missed(entered_), i);
       const std::uint32_t element = open_[random() % open_.size()];
       entered_ = most_needed(element);
@@ -63,6 +63,13 @@ class LocalSearch {
   }
 
  private:
+  // Fewer than two are one that holds everything.
+  std::vector<std::size_t> one_of(const std::vector<std::size_t>& two) const {
+    for (std::size_t s = 0; s < sets_.size(); ++s)
+      if (sets_[s].size() == weight_.size()) return {s};
+    return two;
+  }
+
   std::span<const std::uint32_t> holders_of(std::size_t e) const {
     return std::span(holders_).subspan(first_[e], first_[e + 1] - first_[e]);
   }
@@ -232,8 +239,9 @@ std::size_t least_sets(std::span<const std::vector<std::uint32_t>> sets, std::si
 
 std::vector<std::size_t> fewer_sets(std::span<const std::vector<std::uint32_t>> sets, std::size_t elements,
                                     const std::vector<std::size_t>& start, std::uint64_t work) {
-  std::vector<std::uint32_t> own(elements);
   std::vector<std::size_t> result;
+  if (start.empty()) return result;  // there is nothing to hold
+  std::vector<std::uint32_t> own(elements);
   for (const Part& part : parts_of(sets, start, own)) {
     std::vector<std::vector<std::uint32_t>> own_sets;
     for (const std::size_t s : part.sets)
