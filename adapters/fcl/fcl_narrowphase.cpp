@@ -206,6 +206,7 @@ class FclRawCheck final : public RawCheck {
 
   void build(std::span<const Hexahedron> solids) override { solids_ = make_entries(solids); }
   bool supports(QueryKind kind) const noexcept override { return engine_.supports(kind); }
+  // One pose a solid, in build()'s order.
   void set_poses(std::span<const Pose> poses) override {
     poses_.clear();
     for (std::size_t i = 0; i < solids_.size(); ++i)
