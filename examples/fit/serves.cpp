@@ -52,7 +52,7 @@ class Search {
     try {
       approach();
       look_elsewhere();
-      if (request_.with_uniform) add_uniform();
+      if (request_.with_uniform) add_if_fitted(tolerance_, tolerance_, true);
     } catch (const TimeIsUp&) {
       result_.is_cut = true;
     }
@@ -64,11 +64,9 @@ class Search {
   // Down to the tolerance; the flight of each cover shows where the next one has to be right.
   void approach() {
     add(kFirst * tolerance_, kFirst * tolerance_, false);
-    for (const double times : kBetween) add(times * tolerance_, kFirst * tolerance_, false);
-    for (int i = 0; i < kMostZones; ++i) {
-      add(tolerance_, kFirst * tolerance_, false);
-      if (result_.rows.back().is_held) return;
-    }
+    for (const double times : kBetween) add_if_fitted(times * tolerance_, kFirst * tolerance_, false);
+    for (int i = 0; i < kMostZones; ++i)
+      if (!add_if_fitted(tolerance_, kFirst * tolerance_, false) || result_.rows.back().is_held) return;
   }
 
   // Coarser elsewhere may take fewer hexahedra, or more where it is hard to keep to the zones: then finer
@@ -79,19 +77,23 @@ class Search {
     for (const double times : kCoarser) {
       if (!is_new(std::exchange(before, times) * tolerance_)) break;
       const std::size_t fewest = fewest_that_serve();
-      add(tolerance_, times * tolerance_, false);
+      add_if_fitted(tolerance_, times * tolerance_, false);
       if (fewest_that_serve() >= fewest) break;
       has_better = true;
     }
-    if (!has_better && is_new(kFiner * tolerance_)) add(tolerance_, kFiner * tolerance_, false);
+    if (!has_better && is_new(kFiner * tolerance_)) add_if_fitted(tolerance_, kFiner * tolerance_, false);
   }
 
-  // What the others found holds without it.
-  void add_uniform() {
+  // A row that is refused leaves those that stand.
+  bool add_if_fitted(double in_zones, double elsewhere, bool is_uniform) {
     try {
-      add(tolerance_, tolerance_, true);
+      add(in_zones, elsewhere, is_uniform);
+      return true;
     } catch (const InputError& error) {
-      result_.not_uniform = error.what();
+      const std::string where =
+          is_uniform ? "everywhere" : fmt::format("in the zones, {:.4g} mm elsewhere", 1e3 * elsewhere);
+      result_.left_out.push_back(fmt::format("{:.4g} mm {}: {}", 1e3 * in_zones, where, error.what()));
+      return false;
     }
   }
 
@@ -347,8 +349,7 @@ std::string serves_text(const ServesResult& result, const ServesRequest& request
   }
   std::string text = table.str() + "\n";
   if (result.best) text += zones_text(result.rows[*result.best], request);
-  if (!result.not_uniform.empty())
-    text += fmt::format("no cover right to the tolerance everywhere: {}\n", result.not_uniform);
+  for (const std::string& row : result.left_out) text += fmt::format("left out: {}\n", row);
   if (result.is_cut) text += fmt::format("the time was up after {:.4g} s\n", *request.seconds);
   // The search may end without a cover within the tolerance.
   if (!result.best) return text + "no cover is right to any error\n";

@@ -100,14 +100,14 @@ struct ServesResult {
   /// The row that serves with the fewest hexahedra; where none does, the one that is right to the least
   /// error.
   std::optional<std::size_t> best;
-  bool is_cut = false;           ///< the time was up before all was tried
-  std::string not_uniform = {};  ///< why there is no uniform row that was asked for
+  bool is_cut = false;                     ///< the time was up before all was tried
+  std::vector<std::string> left_out = {};  ///< rows but the first that were refused, and why
 };
 
 /// Fits with ever smaller errors in the zones, down to the tolerance, and then with several errors elsewhere.
 /// Zones come from the flight with the covers before, with those covers' errors added.
 /// @param on_row called with each row as soon as there is one; may be empty.
-/// @throws InputError as validate() and run_fit().
+/// @throws InputError as validate(); as run_fit() and fly_scene() for the first row. Others are left out.
 ServesResult find_coarsest(const FitRequest& fit, const ServesRequest& request,
                            program::ProgressLine& progress,
                            const std::function<void(const ServesRow&)>& on_row = {});

@@ -420,6 +420,27 @@ TEST_F(Serves, TheUniformCoverStandsBesideTheFittedOne) {
   EXPECT_EQ(comparison_text(find_coarsest(fit_, asked, *progress_), asked), "");
 }
 
+// From the first row that serves on no cover is found: that row stands, and the others are named.
+TEST_F(Serves, RowsThatHaveNoCoverLeaveThoseThatServe) {
+  ServesRequest asked = request(kComes);
+  asked.tolerance = 4e-3;
+  asked.with_uniform = true;
+  bool is_refused = false;
+  fit_.on_progress = [&] {
+    if (is_refused) reject("fit", "too many cells");
+  };
+  const ServesResult result =
+      find_coarsest(fit_, asked, *progress_, [&](const ServesRow& row) { is_refused = row.serves; });
+  ASSERT_TRUE(result.best);
+  EXPECT_EQ(*result.best, result.rows.size() - 1);
+  EXPECT_TRUE(result.rows.back().serves);
+  const std::string text = serves_text(result, asked);
+  EXPECT_THAT(text, HasSubstr("left out: 4 mm in the zones, 1024 mm elsewhere: fit: too many cells\n"));
+  EXPECT_THAT(text, HasSubstr("left out: 4 mm everywhere: fit: too many cells\n"));
+  EXPECT_THAT(text, HasSubstr("coarsest that serves: "));
+  EXPECT_THAT(error_of(asked), HasSubstr("too many cells"));  // none at all
+}
+
 // The error elsewhere grows while that takes fewer; a finer one is tried only where no larger one is better.
 TEST_F(Serves, ElsewhereGrowsAsLongAsThereAreFewer) {
   ServesRequest asked = request(kComes);
