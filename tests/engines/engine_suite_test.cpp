@@ -142,6 +142,7 @@ TEST(EngineOde, AnArmHoldsItsLoadBesideContactsThatAreSoftened) {
   for (const EngineChoice& choice : choices()) {
     if (choice.engine != "ode_direct") continue;
     ++asked;
+    // The stack, and beside it an arm of one link, whose joint brakes.
     DynamicScene scene = empty_scene(0.5);
     add_ground(scene);
     for (int i = 0; i < 5; ++i)
@@ -155,6 +156,7 @@ TEST(EngineOde, AnArmHoldsItsLoadBesideContactsThatAreSoftened) {
     joint.axis_W = {0, 1, 0};
     joint.drive.drive = {physics::JointDrive::Mode::brake, 0.0, 0.0, 1e5};
     scene.mechanisms.push_back({"arm", {joint}, {}});
+    // Steps that were softened, and the load's speed.
     const auto engine = engines().make(choice, scene);
     std::uint32_t softened = 0;
     double falls = 0.0;

@@ -60,32 +60,35 @@ TEST(FewerSets, NoCoverHasFewerThanElementsThatNoTwoSetsShare) {
   EXPECT_EQ(fit::fewer_sets(two, 4, {0, 2}, 1'000'000'000'000), (std::vector<std::size_t>{0, 2}));
 }
 
+/// Parts that share nothing, of so many elements each.
+struct Parts {
+  /// `of_one`: the sets of the first, of which the cover to start from has two.
+  Parts(std::uint32_t parts, std::uint32_t elements, const std::vector<std::vector<std::uint32_t>>& of_one) {
+    for (std::uint32_t part = 0; part < parts; ++part) {
+      start.insert(start.end(), {sets.size(), sets.size() + 1});
+      for (std::vector<std::uint32_t> set : of_one) {
+        for (std::uint32_t& e : set) e += part * elements;
+        sets.push_back(set);
+      }
+    }
+  }
+
+  std::vector<std::vector<std::uint32_t>> sets;
+  std::vector<std::size_t> start;
+};
+
 // Of parts that share nothing each is looked at by itself: the bound of all together is half of what they
 // take, and yet the search ends, though it has leave to work for an hour.
 TEST(FewerSets, PartsThatShareNothingHaveTheirOwnFewest) {
-  std::vector<std::vector<std::uint32_t>> sets;
-  std::vector<std::size_t> start;
-  constexpr std::uint32_t kParts = 30;
-  for (std::uint32_t e = 0; e < 3 * kParts; e += 3) {
-    start.push_back(sets.size());
-    start.push_back(sets.size() + 1);
-    for (const auto& [a, b] : {std::pair(e, e + 1), {e + 1, e + 2}, {e + 2, e}}) sets.push_back({a, b});
-  }
-  EXPECT_EQ(fit::least_sets(sets, 3 * kParts), kParts);
-  EXPECT_EQ(fit::fewer_sets(sets, 3 * kParts, start, 1'000'000'000'000).size(), 2 * kParts);
+  const Parts parts(30, 3, {{0, 1}, {1, 2}, {2, 0}});
+  EXPECT_EQ(fit::least_sets(parts.sets, 90), 30U);
+  EXPECT_EQ(fit::fewer_sets(parts.sets, 90, parts.start, 1'000'000'000'000).size(), 60U);
 }
 
 // Also from a cover of two sets: one that holds both elements is looked for.
 TEST(FewerSets, PartsThatStartFromTwoSetsMayEndWithOne) {
-  std::vector<std::vector<std::uint32_t>> sets;
-  std::vector<std::size_t> start;
-  constexpr std::uint32_t kParts = 10;
-  for (std::uint32_t e = 0; e < 2 * kParts; e += 2) {
-    start.push_back(sets.size());
-    start.push_back(sets.size() + 1);
-    sets.insert(sets.end(), {{e}, {e + 1}, {e, e + 1}});
-  }
-  EXPECT_EQ(fit::fewer_sets(sets, 2 * kParts, start, 1'000'000).size(), kParts);
+  const Parts parts(10, 2, {{0}, {1}, {0, 1}});
+  EXPECT_EQ(fit::fewer_sets(parts.sets, 20, parts.start, 1'000'000).size(), 10U);
   EXPECT_TRUE(fit::fewer_sets({}, 0, {}, 1'000'000).empty());
 }
 

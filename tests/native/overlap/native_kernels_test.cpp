@@ -353,6 +353,7 @@ TEST(NativeKernels, BatchesAndSinglePairsAreRightOnEveryInstructionSet) {
 /// Whichever pass a pair gets to: near-touching boxes go through all of them, tapered solids apart through
 /// their distances and points in lanes.
 TEST(NativeKernels, PosesThatAreNotFiniteFailInBatches) {
+  // Boxes, sheared and tapered pairs, some of which are apart.
   Crowd crowd = make_near_touching_boxes(20);
   Random random(44);
   for (int i = 0; i < 20; ++i)
@@ -365,6 +366,7 @@ TEST(NativeKernels, PosesThatAreNotFiniteFailInBatches) {
   const Query manifold = whole_clip();
   std::vector<ContactPoint> points(crowd.pairs.size() * kMaxManifoldPoints);
   const native::KernelList& list = native::available_kernels();
+  // Each number of a pose in turn, in some poses.
   for (const double bad : {kNaN, HUGE_VAL, -HUGE_VAL}) {
     for (int number = 0; number < 12; ++number) {
       std::vector<Pose> poses = crowd.poses;
