@@ -1,8 +1,9 @@
 #include "touchstone/contact_core/fit/search/set_cover.hpp"
 
 #include <algorithm>
-#include <numeric>
 #include <optional>
+
+#include "touchstone/contact_core/geometry/disjoint_sets.hpp"
 
 namespace touchstone::fit {
 namespace {
@@ -186,26 +187,19 @@ struct Part {
 std::vector<Part> parts_of(std::span<const std::vector<std::uint32_t>> sets,
                            const std::vector<std::size_t>& start, std::vector<std::uint32_t>& own) {
   // Elements of one set are joined, each part under its first.
-  std::vector<std::uint32_t> first(own.size());
-  std::iota(first.begin(), first.end(), 0U);
-  const auto first_of = [&](std::uint32_t e) {
-    while (first[e] != e) e = first[e] = first[first[e]];
-    return e;
-  };
+  DisjointSets joined(own.size());
   for (const std::vector<std::uint32_t>& set : sets)
-    for (const std::uint32_t e : set) {
-      const std::uint32_t a = first_of(set.front()), b = first_of(e);
-      first[std::max(a, b)] = std::min(a, b);
-    }
+    for (const std::uint32_t e : set) joined.join(set.front(), e);
   // Elements, sets and those of the start are numbered anew, in the order in which they are.
   std::vector<std::size_t> part_of(own.size()), place(sets.size());
   std::vector<Part> parts;
   for (std::uint32_t e = 0; e < own.size(); ++e) {
-    if (first_of(e) == e) {
+    const std::uint32_t first = joined.least_of(e);
+    if (first == e) {
       part_of[e] = parts.size();
       parts.emplace_back();
     }
-    part_of[e] = part_of[first_of(e)];
+    part_of[e] = part_of[first];
     own[e] = static_cast<std::uint32_t>(parts[part_of[e]].elements++);
   }
   for (std::size_t s = 0; s < sets.size(); ++s) {
