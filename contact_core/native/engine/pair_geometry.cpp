@@ -207,7 +207,7 @@ class PairEvaluation {
     if (is_general() || has_depth_ || has_distance()) return std::nullopt;
     if (is_undecided()) {
       if (!is_placed_) place_pair();
-      certified_ = hulls_meet(placed_, depth_) ? Certified::overlapping : Certified::separated;
+      certified_ = hulls_meet(kernels_, placed_, depth_) ? Certified::overlapping : Certified::separated;
     }
     if (certified_ != Certified::separated || wants_distance(input_.query)) return std::nullopt;
     write_beyond(geometry);
@@ -250,7 +250,7 @@ class PairEvaluation {
   bool do_meet() const {
     if (has_distance()) return false;
     const Certified certified = certified_ == Certified::unknown ? depth_.certified : certified_;
-    return certified == Certified::unknown ? hulls_meet(placed_, depth_)
+    return certified == Certified::unknown ? hulls_meet(kernels_, placed_, depth_)
                                            : certified == Certified::overlapping;
   }
 
@@ -355,7 +355,7 @@ void decide_classes(const SolidSet& set, const Kernels& kernels, SolidKind kind,
       certified = certify_aligned(placed.a_W, placed.b_W);
       if (certified == Certified::unknown) {
         records.decided[i] =
-            hulls_meet(placed, records.depth[i]) ? Certified::overlapping : Certified::separated;
+            hulls_meet(kernels, placed, records.depth[i]) ? Certified::overlapping : Certified::separated;
         continue;
       }
     }

@@ -122,7 +122,7 @@ class RoundedPair {
     PlacedPair placed;
     place(set_, pair, X_WA, X_WB, is_ordinary(set_, pair.a, X_WA, pair.b, X_WB), placed);
     SignedDistance distance;
-    if (hulls_meet(placed))
+    if (hulls_meet(kernels_, placed))
       penetration(placed.pair, distance);
     else if (!separated_distance(placed.pair, placed.from_world(limit), distance))
       return false;

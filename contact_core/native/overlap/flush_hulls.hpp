@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "touchstone/contact_core/native/common/hull_pair.hpp"
+#include "touchstone/contact_core/native/simd/kernels.hpp"
 #include "touchstone/contact_core/numerics/certified.hpp"
 #include "touchstone/contact_core/numerics/triangle_predicate.hpp"
 
@@ -32,7 +33,7 @@ struct FlushVerdict {
 /// @param p_W on the plane, but for rounding.
 /// @returns unknown where nothing is certain: among others where the vertices near the plane are exactly on
 /// it.
-FlushVerdict certify_flush(const WorldVertices& a_W, const WorldVertices& b_W, const Vector3& n_AB,
-                           const Vector3& p_W);
+FlushVerdict certify_flush(const Kernels& kernels, const WorldVertices& a_W, const WorldVertices& b_W,
+                           const Vector3& n_AB, const Vector3& p_W);
 
 }  // namespace touchstone::native

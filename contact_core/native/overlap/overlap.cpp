@@ -53,37 +53,88 @@ Vector3 best_face_normal(const PosedPair& pair) {
 }
 
 /// The plane across n through A's supporting vertex.
-FlushVerdict certify_flush_along(const PlacedPair& placed, const Vector3& n) {
+FlushVerdict certify_flush_along(const Kernels& kernels, const PlacedPair& placed, const Vector3& n) {
   const int support = support_high(placed.pair.hulls.a, n).index;
-  return certify_flush(placed.a_W, placed.b_W, n, placed.a_W.vertex(support));
+  return certify_flush(kernels, placed.a_W, placed.b_W, n, placed.a_W.vertex(support));
 }
 
 /// The plane of a portal at W's boundary, where faces touch, or nearly: theirs unless the portal is a sliver,
 /// as where vertices coincide.
-FlushVerdict certify_flush_along(const PlacedPair& placed, const Portal& portal) {
+FlushVerdict certify_flush_along(const Kernels& kernels, const PlacedPair& placed, const Portal& portal) {
   const HullPair& hulls = placed.pair.hulls;
   std::array<Vector3, 3> w;
   for (int k = 0; k < 3; ++k) w[k] = hulls.b.vertex(portal.b[k]) - hulls.a.vertex(portal.a[k]);
   Vector3 n = cross(w[1] - w[0], w[2] - w[0]);
   if (dot(n, placed.pair.start) < 0.0) n = -n;
-  return certify_flush(placed.a_W, placed.b_W, n, placed.a_W.vertex(portal.a[0]));
+  return certify_flush(kernels, placed.a_W, placed.b_W, n, placed.a_W.vertex(portal.a[0]));
 }
 
 /// Decides pairs that no filter of their kind certified, nor comparing coordinates: by the hulls.
-bool placed_meet(const SolidSet& set, const SolidPair& pair, std::span<const Pose> poses,
-                 const DepthRecord& depth) {
+bool placed_meet(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
+                 std::span<const Pose> poses, const DepthRecord& depth) {
   PlacedPair placed;
   place_pair(set, pair, poses, placed);
-  return native::hulls_meet(placed, depth);
+  return native::hulls_meet(kernels, placed, depth);
 }
 
 /// The same of general hexahedra, which no filter but the hulls' has seen.
-bool general_meet(const SolidSet& set, const SolidPair& pair, std::span<const Pose> poses) {
+bool general_meet(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
+                  std::span<const Pose> poses) {
   PlacedPair placed;
   place_pair(set, pair, poses, placed);
   const Certified certified = certify_aligned(placed.a_W, placed.b_W);
   if (certified != Certified::unknown) return certified == Certified::overlapping;
-  return native::hulls_meet(placed);
+  return native::hulls_meet(kernels, placed);
+}
+
+/// Directions this close, and gaps this small of a pair's size, are those of faces flush to rounding.
+constexpr double kFlushShare = 0x1p-36;
+
+WorldVertices local_vertices(const BoxRecord& box) {
+  const auto [x, y, z] = box.half_extents;
+  return {{-x, -x, -x, -x, x, x, x, x}, {-y, -y, y, y, -y, -y, y, y}, {-z, z, -z, z, -z, z, -z, z}};
+}
+
+/// The axis of A whose face and one of B lie in one plane, but for rounding; none where there are more, nor
+/// across an axis of the world, where the kernel compares coordinates.
+std::optional<int> find_flush_axis(const BoxRecord& a, const Pose& X_WA, const BoxRecord& b,
+                                   const Pose& X_WB) {
+  const Vector3 T = X_WB.p - X_WA.p;
+  const double size = (a.reach + b.reach) + norm_1(T);
+  const double tolerance = kFlushShare * size + 8 * kRoundoff * (norm_inf(X_WA.p) + norm_inf(X_WB.p));
+  const auto are_parallel = [&](const Vector3& n, int j) {
+    return std::abs(dot(n, X_WB.R.col((j + 1) % 3))) + std::abs(dot(n, X_WB.R.col((j + 2) % 3))) <=
+           kFlushShare;
+  };
+  std::optional<int> found;
+  for (int i = 0; i < 3; ++i) {
+    const Vector3 n = X_WA.R.col(i);
+    const double beyond_a = std::abs(dot(n, T)) - a.half_extents[i];
+    for (int j = 0; j < 3; ++j) {
+      if (!(std::abs(beyond_a - b.half_extents[j]) <= tolerance && are_parallel(n, j))) continue;
+      if (found || norm_inf(n) == 1.0) return std::nullopt;
+      found = i;
+    }
+  }
+  return found;
+}
+
+/// Boxes that touch face to face: at once by their heights over the plane of A's face.
+/// @pre ordinary magnitudes, finite poses.
+Certified certify_flush_boxes(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
+                              std::span<const Pose> poses) {
+  const BoxRecord &a = set.boxes[pair.a], &b = set.boxes[pair.b];
+  const Pose &X_WA = poses[pair.a], &X_WB = poses[pair.b];
+  const std::optional<int> axis = find_flush_axis(a, X_WA, b, X_WB);
+  if (!axis) return Certified::unknown;
+  WorldVertices a_W, b_W;
+  native::world_vertices(local_vertices(a), X_WA, a_W);
+  native::world_vertices(local_vertices(b), X_WB, b_W);
+  const Vector3 n = X_WA.R.col(*axis);
+  const bool is_forward = dot(n, X_WB.p - X_WA.p) >= 0.0;
+  return certify_flush(kernels, a_W, b_W, is_forward ? n : Vector3(-n),
+                       a_W.vertex(is_forward ? 4 >> *axis : 0))
+      .certified;
 }
 
 bool has_face_along_an_axis(const Matrix3& R) {
@@ -173,8 +224,9 @@ void settle_closely(const SolidSet& set, const Kernels& kernels, SolidKind kind,
     for (std::size_t i = 0; i < here; ++i) {
       const PairIndices pair = batch.pairs[first + i];
       const Certified certified = depths[i].certified;
-      const bool meet = certified == Certified::unknown ? placed_meet(set, {pair.a, pair.b}, poses, depths[i])
-                                                        : certified == Certified::overlapping;
+      const bool meet = certified == Certified::unknown
+                            ? placed_meet(set, kernels, {pair.a, pair.b}, poses, depths[i])
+                            : certified == Certified::overlapping;
       status[batch.slots[first + i]] = to_status(meet);
     }
   }
@@ -252,7 +304,7 @@ void settle_others(const SolidSet& set, const Kernels& kernels, std::span<const 
   fail_not_finite(poses, status, block.rest);
   const Batch& rest = block.rest;
   for (std::size_t i = 0; i < rest.count; ++i)
-    status[rest.slots[i]] = to_status(general_meet(set, {rest.pairs[i].a, rest.pairs[i].b}, poses));
+    status[rest.slots[i]] = to_status(general_meet(set, kernels, {rest.pairs[i].a, rest.pairs[i].b}, poses));
 }
 
 void overlap_block(const SolidSet& set, const Kernels& kernels, std::span<const SolidPair> pairs,
@@ -281,6 +333,29 @@ void overlap_block(const SolidSet& set, const Kernels& kernels, std::span<const 
   if (block.others.count > 0) settle_others(set, kernels, poses, status, cache, block);
 }
 
+/// Comparing half-extents is as quick as the kernel for a batch, and quicker for one pair.
+Certified certify_aligned_pair(const SolidSet& set, const SolidPair& pair, std::span<const Pose> poses) {
+  return certify_aligned_boxes(half_extents(set.boxes[pair.a]), poses[pair.a],
+                               half_extents(set.boxes[pair.b]), poses[pair.b]);
+}
+
+Certified ask_touching_kernel(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
+                              std::span<const Pose> poses) {
+  const PairIndices indices{pair.a, pair.b};
+  Certified certified;
+  kernels.certify_touching_boxes(records_of(poses), set.boxes.data(), &indices, 1, &certified);
+  return certified;
+}
+
+/// As certify_touching_pair(), which distances ask, with faces that lie flush between the two.
+Certified certify_touching_boxes(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
+                                 std::span<const Pose> poses) {
+  if (!is_ordinary(set, pair.a, poses[pair.a], pair.b, poses[pair.b])) return Certified::unknown;
+  Certified certified = certify_aligned_pair(set, pair, poses);
+  if (certified == Certified::unknown) certified = certify_flush_boxes(set, kernels, pair, poses);
+  return certified != Certified::unknown ? certified : ask_touching_kernel(set, kernels, pair, poses);
+}
+
 /// One pair by its kind's filters, the quickest first; see settle_boxes(). @param depth set where unknown.
 Certified certify_one(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
                       std::span<const Pose> poses, DepthRecord& depth) {
@@ -296,7 +371,7 @@ Certified certify_one(const SolidSet& set, const Kernels& kernels, const SolidPa
       is_ordinary(set, pair.a, poses[pair.a], pair.b, poses[pair.b]))
     certified = certify_kinds(set, pair, poses);
   if (certified != Certified::unknown) return certified;
-  if (kind == SolidKind::box) certified = certify_touching_pair(set, kernels, pair, poses);
+  if (kind == SolidKind::box) certified = certify_touching_boxes(set, kernels, pair, poses);
   if (certified != Certified::unknown) return certified;
   certified = certify_by_coordinates(set, pair, poses);
   if (certified != Certified::unknown) return certified;
@@ -309,29 +384,22 @@ PairStatus overlap_one(const SolidSet& set, const Kernels& kernels, const SolidP
                        std::span<const Pose> poses) {
   if (kind_of(set, pair) == SolidKind::general) {
     if (!has_finite_poses(pair, poses)) return PairStatus::failed;
-    return to_status(general_meet(set, pair, poses));
+    return to_status(general_meet(set, kernels, pair, poses));
   }
   DepthRecord depth{};
   const Certified certified = certify_one(set, kernels, pair, poses, depth);
   if (certified != Certified::unknown) return to_status(certified == Certified::overlapping);
   if (!has_finite_poses(pair, poses)) return PairStatus::failed;
-  return to_status(placed_meet(set, pair, poses, depth));
+  return to_status(placed_meet(set, kernels, pair, poses, depth));
 }
 
 }  // namespace
 
 Certified certify_touching_pair(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
                                 std::span<const Pose> poses) {
-  const Pose& X_WA = poses[pair.a];
-  const Pose& X_WB = poses[pair.b];
-  if (!is_ordinary(set, pair.a, X_WA, pair.b, X_WB)) return Certified::unknown;
-  // Comparing half-extents is as quick as the kernel for a batch, and quicker for one pair.
-  Certified certified =
-      certify_aligned_boxes(half_extents(set.boxes[pair.a]), X_WA, half_extents(set.boxes[pair.b]), X_WB);
-  if (certified != Certified::unknown) return certified;
-  const PairIndices indices{pair.a, pair.b};
-  kernels.certify_touching_boxes(records_of(poses), set.boxes.data(), &indices, 1, &certified);
-  return certified;
+  if (!is_ordinary(set, pair.a, poses[pair.a], pair.b, poses[pair.b])) return Certified::unknown;
+  const Certified certified = certify_aligned_pair(set, pair, poses);
+  return certified != Certified::unknown ? certified : ask_touching_kernel(set, kernels, pair, poses);
 }
 
 Certified certify_kinds(const SolidSet& set, const SolidPair& pair, std::span<const Pose> poses) {
@@ -344,11 +412,11 @@ Certified certify_kinds(const SolidSet& set, const SolidPair& pair, std::span<co
   return certify_parallelepipeds(set.parallelepipeds[pair.a], X_WA, set.parallelepipeds[pair.b], X_WB);
 }
 
-bool hulls_meet(const PlacedPair& placed, const DepthRecord& depth) {
+bool hulls_meet(const Kernels& kernels, const PlacedPair& placed, const DepthRecord& depth) {
   // Along the depth's axis, in scaled heights; what these leave open is nearly decided: exactly, then.
   const bool has_axis = depth.known != DepthKnown::nothing;
   FlushVerdict flush;
-  if (has_axis) flush = certify_flush_along(placed, Vector3(depth.n[0], depth.n[1], depth.n[2]));
+  if (has_axis) flush = certify_flush_along(kernels, placed, Vector3(depth.n[0], depth.n[1], depth.n[2]));
   if (flush.certified != Certified::unknown) return flush.certified == Certified::overlapping;
   numerics::ExactPair exact(placed.a_W, placed.b_W);
   const auto tried = flush.guess;
@@ -360,9 +428,9 @@ bool hulls_meet(const PlacedPair& placed, const DepthRecord& depth) {
   if (certified != Certified::unknown) return certified == Certified::overlapping;
   // Along other planes, and exactly at their portals.
   if (portal.found) {
-    if (!has_axis || flush.miss == FlushMiss::rounding) flush = certify_flush_along(placed, portal);
+    if (!has_axis || flush.miss == FlushMiss::rounding) flush = certify_flush_along(kernels, placed, portal);
     if (!has_axis && (flush.miss == FlushMiss::rounding || flush.miss == FlushMiss::plane))
-      flush = certify_flush_along(placed, best_face_normal(placed.pair));
+      flush = certify_flush_along(kernels, placed, best_face_normal(placed.pair));
     if (flush.certified != Certified::unknown) return flush.certified == Certified::overlapping;
     if (flush.guess && flush.guess != tried) certified = numerics::certify_near(exact, *flush.guess);
     if (certified == Certified::unknown) certified = numerics::certify_near(exact, {portal.a, portal.b});

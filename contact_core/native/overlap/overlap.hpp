@@ -19,7 +19,7 @@ Certified certify_touching_pair(const SolidSet& set, const Kernels& kernels, con
 /// Whether a placed pair meets: its heights over the plane across the depth's axis, MPR, GJK, exact
 /// predicates.
 /// @param depth of the pair, which may know nothing.
-bool hulls_meet(const PlacedPair& placed, const DepthRecord& depth = {});
+bool hulls_meet(const Kernels& kernels, const PlacedPair& placed, const DepthRecord& depth = {});
 
 /// @param cache empty, or one entry a pair. It keeps the last separating axis of general pairs in batches;
 /// other kinds, and single pairs, do not gain by it. Any contents are legal.

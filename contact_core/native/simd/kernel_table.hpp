@@ -5,6 +5,7 @@
 #include "touchstone/contact_core/native/simd/box_pair_depth.hpp"
 #include "touchstone/contact_core/native/simd/depth_kernels.hpp"
 #include "touchstone/contact_core/native/simd/distance_kernels.hpp"
+#include "touchstone/contact_core/native/simd/flush_frame.hpp"
 #include "touchstone/contact_core/native/simd/hull_clip_lanes.hpp"
 #include "touchstone/contact_core/native/simd/hull_depth_lanes.hpp"
 #include "touchstone/contact_core/native/simd/hull_distance_kernels.hpp"
@@ -55,6 +56,11 @@ struct Table {
       certify_touching_boxes_inline<Double2>(poses, shapes, pairs, count, out);
     else
       certify_touching_boxes_inline<Pack>(poses, shapes, pairs, count, out);
+  }
+
+  static double put_into_frame(const VertexRecord& a_W, const VertexRecord& b_W, const PlaneFrame& plane,
+                               VertexRecord& a, VertexRecord& b) {
+    return put_into_frame_inline<Pack>(a_W, b_W, plane, a, b);
   }
 
   static void certify_parallelepipeds(const PoseRecord* poses, const Parallelepiped* shapes,
@@ -186,6 +192,7 @@ struct Table {
         .certify_boxes = certify_boxes,
         .certify_touching_boxes = certify_touching_boxes,
         .find_boxes_beyond = find_boxes_beyond,
+        .put_into_frame = put_into_frame,
         .certify_parallelepipeds = certify_parallelepipeds,
         .certify_by_mpr = certify_by_mpr,
         .certify_by_axis = certify_by_axis,

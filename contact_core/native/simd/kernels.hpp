@@ -232,6 +232,12 @@ inline constexpr double kAsDeep = 64;
 
 }  // namespace hull_clip
 
+/// A plane through p_W: unit vectors that span it, and its normal.
+struct PlaneFrame {
+  double x[3], y[3], n[3];
+  double p_W[3];
+};
+
 /// From A to B, any length.
 struct PairAxis {
   double x, y, z, padding;
@@ -258,6 +264,10 @@ struct Kernels {
   /// than `reach` [m] by 2^-15 of their size and more, else unknown: then they may be so in a vertex, too.
   void (*find_boxes_beyond)(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
                             std::size_t count, double reach, Certified* out);
+  /// Two solids' world vertices in a plane's frame, their heights in twice the precision; see
+  /// flush_hulls.cpp. @returns the largest |p - p_W|_1.
+  double (*put_into_frame)(const VertexRecord& a_W, const VertexRecord& b_W, const PlaneFrame& plane,
+                           VertexRecord& a, VertexRecord& b);
   /// As certify_parallelepipeds (parallelepiped_overlap.hpp).
   void (*certify_parallelepipeds)(const PoseRecord* poses, const Parallelepiped* shapes,
                                   const PairIndices* pairs, std::size_t count, Certified* out);

@@ -204,16 +204,25 @@ struct OpenFace {
 };
 
 /// Which edges touch, judged by the axes with a slack that is not above the margin: those that the only such
-/// axis spans, or the two nearest to parallel; and the first two of the faces there.
+/// axis spans, or the two nearest to parallel; and the first two of the faces there that look different ways.
 template <class Pack>
 struct TouchingEdges {
   MaskOf<Pack> found;
   Pack code = Pack{};  // as AxisSearch::code
   OpenFace<Pack> face[2];
-  Vector3Of<Pack> n;  // about from A to B
+  MaskOf<Pack> is_level = MaskOf<Pack>{};  // another looks as the first does
+  Vector3Of<Pack> n;                       // about from A to B
 
   TOUCHSTONE_INLINE TouchingEdges(const BoxLanes<Pack>& A, const BoxLanes<Pack>& B, const BoxSlacks<Pack>& s,
                                   Pack margin) {
+    // Open faces: an edge along the axis of one has no more than an end there.
+    const Vector3Of<Pack> T = B.p - A.p;
+    MaskOf<Pack> is_open_a[3], is_open_b[3];
+    for (int k = 0; k < 3; ++k) {
+      is_open_a[k] = ~(s.face_a[k] > margin), is_open_b[k] = ~(s.face_b[k] > margin);
+      add_face(is_open_a[k], false, k, A.axis[k], T);
+      add_face(is_open_b[k], true, k, B.axis[k], T);
+    }
     // Open axes across edges, and the edges nearest to parallel.
     Pack count{}, open{}, least_sine = all<Pack>(1.0);
     for (int i = 0; i < 3; ++i) {
@@ -221,21 +230,15 @@ struct TouchingEdges {
         const MaskOf<Pack> is_clear = s.cross[i][j] > margin;
         count += is_clear ? Pack{} : all<Pack>(1.0);
         open = is_clear ? open : all<Pack>(6 + 3 * i + j);
-        const Pack sine = sine_bound(s, i, j);
+        const Pack sine = (is_open_a[i] | is_open_b[j]) ? all<Pack>(1.0) : sine_bound(s, i, j);
         code = sine < least_sine ? all<Pack>(6 + 3 * i + j) : code;
         least_sine = least(sine, least_sine);
       }
     }
-    // Open faces.
-    const Vector3Of<Pack> T = B.p - A.p;
-    for (int k = 0; k < 3; ++k) {
-      add_face(~(s.face_a[k] > margin), false, k, A.axis[k], T);
-      add_face(~(s.face_b[k] > margin), true, k, B.axis[k], T);
-    }
-    // Whose edges touch, and a direction outwards there.
+    // Whose edges touch, and a direction outwards there. Faces that all look the same way lie flush, and have
+    // no edges to themselves.
     const MaskOf<Pack> is_only = (s.face > margin) & (count == all<Pack>(1.0));
-    // Two faces that look the same way lie flush, and have no edges to themselves.
-    const MaskOf<Pack> is_flush = face[1].found & (dot(face[0].n, face[1].n) > all<Pack>(1.0 - kAcross));
+    const MaskOf<Pack> is_flush = is_level & ~face[1].found;
     found = (is_only | (~is_flush & (least_sine < all<Pack>(kNearEdges)))) & s.ordinary;
     code = is_only ? open : code;
     const Vector3Of<Pack> L = accurate_cross(row_of(code).of(A.axis), column_of(code).of(B.axis));
@@ -249,7 +252,9 @@ struct TouchingEdges {
   TOUCHSTONE_INLINE void add_face(MaskOf<Pack> is_open, bool of_b, int k, const Vector3Of<Pack>& axis,
                                   const Vector3Of<Pack>& T) {
     const Vector3Of<Pack> outwards = forward(axis, T) * axis;
-    const MaskOf<Pack> is_second = is_open & face[0].found & ~face[1].found;
+    const MaskOf<Pack> looks_as_first = face[0].found & (dot(face[0].n, outwards) > all<Pack>(1.0 - kAcross));
+    is_level |= is_open & looks_as_first;
+    const MaskOf<Pack> is_second = is_open & face[0].found & ~looks_as_first & ~face[1].found;
     face[0].set(is_open & ~face[0].found, of_b, k, outwards);
     face[1].set(is_second, of_b, k, outwards);
   }

@@ -505,7 +505,7 @@ TEST(NativeDepthKernels, AgreeWithTheScalarCodeWhereTheyAnswer) {
   // The class in integers, and the depth by scalar code.
   for (const native::PairIndices& pair : pairs_of_kind(depth.data, set, native::SolidKind::general)) {
     const native::PlacedPair placed = depth.placed(pair);
-    const bool meet = native::hulls_meet(placed);
+    const bool meet = native::hulls_meet(kernels, placed);
     const native::SeparationAxis axis = native::best_facet_axis(
         placed.pair.hulls, *placed.pair.a, placed.pair.R_WA, *placed.pair.b, placed.pair.R_WB);
     const native::SolidKind kind = native::kind_of(depth.data, {pair.a, pair.b});

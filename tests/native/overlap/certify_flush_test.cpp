@@ -61,7 +61,8 @@ int count_unknown(std::uint64_t seed, Shape shape, double reach, int most_ulps, 
   for (int i = 0; i < count; ++i) {
     const double ulps = most_ulps == 0 ? 0.0 : random.below(2 * most_ulps + 1) - most_ulps;
     const FlushPair pair = flush_pair(random, shape, reach, ulps);
-    const Certified found = native::certify_flush(pair.a, pair.b, pair.n_W, pair.p_W).certified;
+    const Certified found =
+        native::certify_flush(native::kernels(), pair.a, pair.b, pair.n_W, pair.p_W).certified;
     if (found == Certified::unknown)
       ++unknown;
     else
@@ -88,7 +89,8 @@ TEST(CertifyFlush, GuessesOfPairsLeftOpenAreDecidedExactly) {
   for (int i = 0; i < 20000; ++i) {
     const Shape shape = i % 2 == 0 ? Shape::equal_boxes : Shape::frusta;
     const FlushPair pair = flush_pair(random, shape, 5.0, random.below(3) - 1);
-    const native::FlushVerdict verdict = native::certify_flush(pair.a, pair.b, pair.n_W, pair.p_W);
+    const native::FlushVerdict verdict =
+        native::certify_flush(native::kernels(), pair.a, pair.b, pair.n_W, pair.p_W);
     EXPECT_FALSE(verdict.guess && verdict.certified != Certified::unknown);
     if (!verdict.guess) continue;
     ++open;
@@ -110,7 +112,8 @@ TEST(CertifyFlush, GuessesThatAreOffAreUnknownOrRight) {
     const double off = std::ldexp(1.0, -random.below(60));
     pair.n_W += off * random.vector(1.0);
     pair.p_W += (i % 2 == 0 ? 0.0 : off) * random.vector(1.0);
-    const Certified found = native::certify_flush(pair.a, pair.b, pair.n_W, pair.p_W).certified;
+    const Certified found =
+        native::certify_flush(native::kernels(), pair.a, pair.b, pair.n_W, pair.p_W).certified;
     if (found == Certified::unknown) continue;
     EXPECT_EQ(found == Certified::overlapping, numerics::hulls_intersect(pair.a, pair.b)) << i;
   }
@@ -131,7 +134,8 @@ TEST(CertifyFlush, EdgesAndCornersThatTouchAreUnknownOrRight) {
       pair.b.y[k] -= lowest * pair.n_W.y();
       pair.b.z[k] -= lowest * pair.n_W.z();
     }
-    const Certified found = native::certify_flush(pair.a, pair.b, pair.n_W, pair.p_W).certified;
+    const Certified found =
+        native::certify_flush(native::kernels(), pair.a, pair.b, pair.n_W, pair.p_W).certified;
     if (found == Certified::unknown) continue;
     ++known;
     EXPECT_EQ(found == Certified::overlapping, numerics::hulls_intersect(pair.a, pair.b)) << i;
@@ -148,7 +152,8 @@ TEST(CertifyFlush, OrdinaryAndExtremePairsAreUnknownOrRight) {
       for (auto* column : {&v->x, &v->y, &v->z})
         for (double& c : *column) c = std::ldexp(c, exponent);
     for (int k = 0; k < 3; ++k) pair.p_W(k) = std::ldexp(pair.p_W(k), exponent);
-    const Certified found = native::certify_flush(pair.a, pair.b, pair.n_W, pair.p_W).certified;
+    const Certified found =
+        native::certify_flush(native::kernels(), pair.a, pair.b, pair.n_W, pair.p_W).certified;
     if (found == Certified::unknown) continue;
     EXPECT_LE(std::abs(exponent), 400);
     EXPECT_EQ(found == Certified::overlapping, numerics::hulls_intersect(pair.a, pair.b))
@@ -170,7 +175,7 @@ FlushPair stacked_cubes(double gap) {
 
 TEST(CertifyFlush, SaysWhetherAnotherPlaneMayTellMore) {
   const auto ask = [](const FlushPair& pair) {
-    return native::certify_flush(pair.a, pair.b, pair.n_W, pair.p_W);
+    return native::certify_flush(native::kernels(), pair.a, pair.b, pair.n_W, pair.p_W);
   };
   FlushPair pair = stacked_cubes(0x1p-52);
   EXPECT_EQ(ask(pair).certified, Certified::separated);
