@@ -29,11 +29,15 @@ Interval interval_of(Double2 low, Double2 high) {
   return {std::min(low[0], low[1]), std::max(high[0], high[1])};
 }
 
-/// @return bit i: vertex i lies above the middle
-unsigned align(const std::array<double, 8>& c, Interval& outer, Interval& inner) {
+Interval outer_of(const std::array<double, 8>& c) {
   Double2 low = load(&c[0]), high = low;
   for (int i = 2; i < 8; i += 2) low = least(load(&c[i]), low), high = greatest(load(&c[i]), high);
-  outer = interval_of(low, high);
+  return interval_of(low, high);
+}
+
+/// @return bit i: vertex i lies above the middle
+unsigned align(const std::array<double, 8>& c, Interval& outer, Interval& inner) {
+  outer = outer_of(c);
   const Double2 middle = all<Double2>(0.5 * outer.low + 0.5 * outer.high);
   // From the highest of the low vertices to the lowest of the high ones.
   Double2 from = all<Double2>(outer.low), to = all<Double2>(outer.high);
@@ -103,6 +107,13 @@ Certified certify_aligned_boxes(const Vector3& half_a, const Pose& X_WA, const V
   for (int k = 0; k < 3; ++k)
     meets &= meet({X_WA.p(k) - a(k), X_WA.p(k) + a(k)}, {X_WB.p(k) - b(k), X_WB.p(k) + b(k)});
   return meets ? Certified::overlapping : Certified::separated;
+}
+
+bool are_apart_by_coordinates(const WorldVertices& a_W, const WorldVertices& b_W) {
+  bool meet_all = true;
+  for (int axis = 0; axis < 3; ++axis)
+    meet_all &= meet(outer_of(coordinate(a_W, axis)), outer_of(coordinate(b_W, axis)));
+  return !meet_all;
 }
 
 Certified certify_aligned(const WorldVertices& a_W, const WorldVertices& b_W) {

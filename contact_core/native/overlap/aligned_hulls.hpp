@@ -16,6 +16,8 @@ using numerics::Certified;
 /// meet whose inner boxes do, or of which a vertex lies in the other's inner box; they are apart where their
 /// coordinates' intervals do not meet.
 Certified certify_aligned(const WorldVertices& a_W, const WorldVertices& b_W);
+/// Whether their coordinates' intervals alone show hulls to be apart.
+bool are_apart_by_coordinates(const WorldVertices& a_W, const WorldVertices& b_W);
 
 /// Boxes by their half-extents: never unknown where each axis of either is exactly one of the world's. World
 /// vertices then are p +- half, rounded once, and the hulls are boxes: comparing their intervals is exact.

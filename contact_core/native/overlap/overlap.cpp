@@ -77,13 +77,23 @@ bool placed_meet(const SolidSet& set, const Kernels& kernels, const SolidPair& p
   return native::hulls_meet(kernels, placed, depth);
 }
 
+bool has_face_along_an_axis(const Matrix3& R) {
+  bool found = false;
+  for (int k = 0; k < 9; ++k) found |= std::abs(R.data()[k]) == 1.0;
+  return found;
+}
+
 /// The same of general hexahedra, which no filter but the hulls' has seen.
 bool general_meet(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
                   std::span<const Pose> poses) {
   PlacedPair placed;
   place_pair(set, pair, poses, placed);
-  const Certified certified = certify_aligned(placed.a_W, placed.b_W);
-  if (certified != Certified::unknown) return certified == Certified::overlapping;
+  if (has_face_along_an_axis(poses[pair.a].R) || has_face_along_an_axis(poses[pair.b].R)) {
+    const Certified certified = certify_aligned(placed.a_W, placed.b_W);
+    if (certified != Certified::unknown) return certified == Certified::overlapping;
+  } else if (are_apart_by_coordinates(placed.a_W, placed.b_W)) {
+    return false;
+  }
   return native::hulls_meet(kernels, placed);
 }
 
@@ -135,12 +145,6 @@ Certified certify_flush_boxes(const SolidSet& set, const Kernels& kernels, const
   return certify_flush(kernels, a_W, b_W, is_forward ? n : Vector3(-n),
                        a_W.vertex(is_forward ? 4 >> *axis : 0))
       .certified;
-}
-
-bool has_face_along_an_axis(const Matrix3& R) {
-  bool found = false;
-  for (int k = 0; k < 9; ++k) found |= std::abs(R.data()[k]) == 1.0;
-  return found;
 }
 
 /// Whether comparing coordinates may decide the pair. Boxes of which no face looks along an axis of the world
