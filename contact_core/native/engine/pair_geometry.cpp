@@ -368,7 +368,10 @@ void decide_classes(const SolidSet& set, const Kernels& kernels, SolidKind kind,
 void run_kernels(const SolidSet& set, const Kernels& kernels, SolidKind kind, std::span<const Pose> poses,
                  const Query& query, const Batch& batch, Records& records) {
   const PoseRecord* X_W = records_of(poses);
-  if (kind == SolidKind::box) {
+  const bool is_one = batch.count == 1;
+  if (is_one && !has_finite_poses({batch.pairs[0].a, batch.pairs[0].b}, poses)) {
+    records.depth[0] = kNoDepth;
+  } else if (kind == SolidKind::box) {
     kernels.compute_box_depths(X_W, set.boxes.data(), batch.pairs.data(), batch.count, records.depth.data());
   } else {
     kernels.compute_parallelepiped_depths(X_W, set.parallelepiped_edges.data(), batch.pairs.data(),
@@ -441,7 +444,9 @@ void sort_by_kind(const SolidSet& set, std::span<const Pose> poses, std::span<co
 PairStatus finish_pair(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
                        const OrderedPair& pair, DepthRecord& depth, DistanceRecord& distance,
                        Certified decided, PairGeometry& geometry, ContactPoint* points, ClipBatch& clips) {
-  if (!has_finite_poses(pair.pair, input.poses)) return fail(geometry);
+  // What is certified has finite poses.
+  if (depth.certified == Certified::unknown && !has_finite_poses(pair.pair, input.poses))
+    return fail(geometry);
   // Most pairs in contact need none of the stages.
   if (is_complete(depth)) {
     write_contact(pair, depth, geometry);

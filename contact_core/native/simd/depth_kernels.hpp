@@ -130,6 +130,8 @@ template <class Pack>
 struct DepthScale {
   Vector3Of<Pack> T;
   Pack size, position, unit_size, unit_position, deviation;
+  /// Magnitudes are, and all numbers of both poses are numbers: a comparison may lose those of directions.
+  MaskOf<Pack> ordinary;
 
   TOUCHSTONE_INLINE DepthScale(const DepthSolid<Pack>& A, const DepthSolid<Pack>& B) {
     T = (B.p - A.p) + (B.centre - A.centre);
@@ -137,6 +139,13 @@ struct DepthScale {
     position = largest(A.p) + largest(B.p);
     unit_size = all<Pack>(kU) * size, unit_position = all<Pack>(kU) * position;
     deviation = A.deviation + B.deviation;
+    ordinary =
+        (size + position) + magnitude(sum_of_directions(A) + sum_of_directions(B)) < all<Pack>(kOrdinaryHigh);
+  }
+
+  TOUCHSTONE_INLINE static Pack sum_of_directions(const DepthSolid<Pack>& s) {
+    const Vector3Of<Pack> all_three = (s.direction[0] + s.direction[1]) + s.direction[2];
+    return (all_three.x + all_three.y) + all_three.z;
   }
 
   TOUCHSTONE_INLINE Pack slack_error() const { return all<Pack>(kSlackRoundoffs) * unit_size; }
@@ -149,7 +158,7 @@ struct DepthScale {
 
 template <class Pack>
 TOUCHSTONE_INLINE MaskOf<Pack> certify_apart(const DepthScale<Pack>& scale, const AxisSearch<Pack>& search) {
-  return (search.least_slack < -search.margin) & (scale.size + scale.position < all<Pack>(kOrdinaryHigh));
+  return (search.least_slack < -search.margin) & scale.ordinary;
 }
 
 /// Verdict, depth and witness points from the axis found. The axis holds for pairs that overlap, whether this
@@ -159,16 +168,15 @@ TOUCHSTONE_INLINE DepthLanes<Pack> depth_along(const Solid& A, const Normals<Pac
                                                const Normals<Pack>& normal_b, const DepthScale<Pack>& scale,
                                                const AxisSearch<Pack>& search) {
   DepthLanes<Pack> out;
-  const MaskOf<Pack> ordinary = scale.size + scale.position < all<Pack>(kOrdinaryHigh);
   const Pack turn = (search.turn[0] + search.turn[1]) + search.turn[2];
   out.separated = certify_apart(scale, search);
-  out.overlapping = (search.least_slack > search.margin + turn * scale.size) & ordinary;
+  out.overlapping = (search.least_slack > search.margin + turn * scale.size) & scale.ordinary;
   out.code = search.code;
 
   const Vector3Of<Pack> axis = axis_of<Pack>(out.code, A, normal_a, B, normal_b);
   const Pack length2 = dot(axis, axis);
   const MaskOf<Pack> is_b = out.code >= all<Pack>(3), is_edge = out.code >= all<Pack>(6);
-  out.has_axis = ordinary & ~out.separated & (is_edge | (length2 >= all<Pack>(kShortAxis2))) &
+  out.has_axis = scale.ordinary & ~out.separated & (is_edge | (length2 >= all<Pack>(kShortAxis2))) &
                  (scale.deviation <= all<Pack>(kDeviationRoundoffs) * scale.unit_size);
   const Pack forward = dot(axis, scale.T) >= Pack{} ? all<Pack>(1.0) : all<Pack>(-1.0);
   out.n = (forward / square_root(length2)) * axis;

@@ -280,7 +280,8 @@ struct Kernels {
                           std::size_t count, const PairAxis* axes, Certified* out);
 
   /// Depth, normal and witness of overlapping pairs; DepthRecord::known tells how much is set. Pairs go in
-  /// the order of comes_first(). A single pair has the same bits.
+  /// the order of comes_first(). A single pair has the same bits. Of several, none with a pose that is not
+  /// finite is certified.
   void (*compute_box_depths)(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
                              std::size_t count, DepthRecord* out);
   void (*compute_parallelepiped_depths)(const PoseRecord* poses, const ParallelepipedEdges* shapes,
