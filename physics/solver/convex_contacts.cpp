@@ -113,9 +113,11 @@ void ConvexContacts::find_scales() {
                                       : first_joint() + (row - 3 * problem_.contacts)];
     scale = std::max(scale, sum);
   });
-  // A contact's W is that of its lighter side, which may carry the heaviest body.
+  // A contact's W is that of its lighter side, which may carry the heaviest body: as soft as for alike
+  // masses, it would yield to that one's weight by g h times kSoftAnswer times the masses' ratio.
   const double spread = std::max(1.0, kAlike * most / least);
   hardest_ = kSoftness / spread;
+  soft_answer_ = kSoftAnswer / spread;
   price_ = 1.0 / (1.0 + std::ilogb(spread) / kRoundBits);  // the same bits from every C library
 }
 
@@ -366,7 +368,7 @@ double ConvexContacts::judge(std::span<double> x) {
 /// many as a round takes, and other answers may follow. @return whether the answer is the best: as
 /// `most_steps` says, as it proves a contradiction, or as no work is left for another.
 bool ConvexContacts::soften(double tolerance, bool is_proven, WorkBudget& budget, int most_steps) {
-  set_softness(kSoftAnswer);
+  set_softness(soft_answer_);
   std::fill(anchor_.begin(), anchor_.end(), 0.0);
   const Outcome outcome = minimise(tolerance, budget, most_steps > 0 ? most_steps : kMostSteps);
   if (outcome == Outcome::stuck) {
@@ -390,9 +392,10 @@ bool ConvexContacts::soften(double tolerance, bool is_proven, WorkBudget& budget
 }
 
 ConvexReport ConvexContacts::solve_softly(const SparseContacts& problem, std::span<double> x,
-                                          double tolerance, WorkBudget& budget, int most_steps) {
+                                          double tolerance, WorkBudget& budget, int most_steps,
+                                          bool carries_loads) {
   load(problem, x);
-  set_softness(kSoftAnswer);
+  set_softness(carries_loads ? soft_answer_ : kSoftAnswer);
   start();
   for (auto* vector : {&anchor_, &slip_}) std::fill(vector->begin(), vector->end(), 0.0);
   const Outcome outcome = minimise(tolerance, budget, most_steps);
@@ -435,7 +438,7 @@ ConvexReport ConvexContacts::solve(const SparseContacts& problem, std::span<doub
       for (std::size_t r = 0; r < place_.size(); ++r) anchor_[place_[r]] = x[r];
       start();
     }
-    set_softness(first == Softness::maybe ? rounds.harder * kSoftAnswer : first_softness);
+    set_softness(first == Softness::maybe ? rounds.harder * soft_answer_ : first_softness);
   }
   // Each round minimises the softened potential about the impulses of the one before.
   const bool is_bounded = budget.left() < WorkBudget::kNoEnd;

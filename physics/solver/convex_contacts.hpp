@@ -106,10 +106,12 @@ class ConvexContacts {
   /// The soft answer around 0 alone, as far as the budget and the number of Newton steps go: it yields to
   /// contradictions by no more than kSoftAnswer of each contact's W.
   /// @param x in: where to start from; out. @param tolerance of the velocities [m/s].
+  /// @param carries_loads whether it is harder by the spread of masses, so that a light body yields to a
+  /// heavy one's weight no faster than alike ones do; it takes more Newton steps then.
   ConvexReport solve_softly(const SparseContacts& problem, std::span<double> x, double tolerance,
-                            WorkBudget& budget, int most_steps);
+                            WorkBudget& budget, int most_steps, bool carries_loads = false);
 
-  /// The softness R of contacts that contradict each other, beside their own W.
+  /// The softness R of contacts that contradict each other, beside their own W, of alike masses.
   static constexpr double kSoftAnswer = 1e-3;
 
  private:
@@ -191,8 +193,9 @@ class ConvexContacts {
   std::vector<double> stiffness_, last_stiffness_;     // G: by body_contacts_, contact, joint
   bool is_factored_ = false;                           // with the last stiffness
   double softness_ = 0.0;
-  double hardest_ = 0.0;  // softness that rounds may come to
-  double price_ = 1.0;    // of work: masses that differ take more rounds
+  double hardest_ = 0.0;      // softness that rounds may come to
+  double soft_answer_ = 0.0;  // softness of the soft answer
+  double price_ = 1.0;        // of work: masses that differ take more rounds
   ConvexReport report_;
 };
 

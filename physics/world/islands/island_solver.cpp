@@ -239,12 +239,13 @@ SolveReport IslandSolver::solve_anew(const Island& island, const Start& start, C
   return solved;
 }
 
-/// Of overlapping bodies: the compliant answer (Castro, Permenter, Han 2022) as it is.
+/// Of overlapping bodies: the compliant answer (Castro, Permenter, Han 2022) as it is. Heavy ones would fall
+/// through light ones that are deep in something, did these not carry them.
 SolveReport IslandSolver::solve_soft(const Island& island, double tolerance, ContactRows& rows,
                                      StepContext& step) {
   problem_.load_masses(islands_, island, rows);
   const ConvexReport convex = convex_.solve_softly(problem_.sparse(rows), problem_.x, tolerance, step.budget,
-                                                   most_soft_steps(island));
+                                                   most_soft_steps(island), true);
   problem_.store_impulses(rows);
   problem_.unload(rows);
   SolveReport solved;
