@@ -21,6 +21,12 @@ bool is_driven(const GroupState& group, const Movers& movers) {
                      [&](std::uint32_t i) { return moves(movers.bodies[i]); });
 }
 
+bool are_still(const GroupState& group, double speed, const Movers& movers) {
+  const std::span<const std::uint32_t> bodies = group.members.bodies;
+  return std::all_of(bodies.begin(), bodies.end(),
+                     [&](std::uint32_t i) { return is_still(movers.bodies[i], speed); });
+}
+
 void put_to_sleep(std::span<const std::uint32_t> group, Movers& movers) {
   for (std::size_t i = 0; i < group.size(); ++i) {
     Body& body = movers.bodies[group[i]];
@@ -90,10 +96,24 @@ void wake_touched(Movers& movers, std::span<const Contact> contacts) {
 }
 
 bool rests(const GroupState& group, double speed, const Movers& movers) {
-  const std::span<const std::uint32_t> bodies = group.members.bodies;
-  return !is_driven(group, movers) && std::all_of(bodies.begin(), bodies.end(), [&](std::uint32_t i) {
-    return is_still(movers.bodies[i], speed);
-  });
+  return !is_driven(group, movers) && are_still(group, speed, movers);
+}
+
+bool waits(const GroupState& group, double speed, double closing, const Movers& movers) {
+  const auto slides = [&](const Mover& mover, const Contact& contact) {
+    if (mover.kind != Mover::Kind::body || !moves(movers.bodies[mover.index])) return true;
+    const Body& body = movers.bodies[mover.index];
+    const Vector3 lever_W = contact.p_A_W - body.X_WB.p;
+    const Vector3 v_W = body.commanded_v_W + cross(body.commanded_w_W, lever_W);
+    return std::abs(dot(contact.n_AB_W, v_W)) <= closing;
+  };
+  return group.members.mechanisms.empty() && is_driven(group, movers) &&
+         std::all_of(group.points.begin(), group.points.end(),
+                     [&](const GroupPoint& point) {
+                       return slides(point.contact->a, *point.contact) &&
+                              slides(point.contact->b, *point.contact);
+                     }) &&
+         are_still(group, speed, movers);
 }
 
 void count_stillness(const GroupState& group, const StepContext& step, Movers& movers) {

@@ -48,6 +48,10 @@ constexpr double kAlike = 0.03, kWorkBits = 4.0;
 // The share of that work which few contacts of alike masses have while overlap is parted: the next step goes
 // on.
 constexpr double kPartedWork = 0.5;
+// As much of few contacts of alike masses on which something slides that they do not follow, as a queue on a
+// belt: impulses that hold it cost the steps that follow nothing. What is left unfinished creeps, as far as
+// its points come and go, and is solved in each of them.
+constexpr double kWaitingWork = 4.0;
 // Joints that a joint between movers counts as, by its rows.
 constexpr std::size_t kHeldShares = 3;
 
@@ -207,7 +211,10 @@ void choose_methods(const Group& members, double& spare, StepContext& step, Worl
   // Contradictory contacts are stopped with the forces, too: impacts before them would be solved twice.
   group.is_coarse = step.is_bounded() && (is_untimed || is_large(group, settings) ||
                                           (are_bodies && world.solver.is_contradicted(members.bodies)));
-  const double share = step.is_parted && is_few ? kPartedWork : 1.0;
+  const bool is_waiting = are_bodies && !is_untimed && is_few &&
+                          mass_ratio(members, world.movers) <= kUnlike &&
+                          waits(group, step.slow_speed(), settings.contact_gap / step.h, world.movers);
+  const double share = is_waiting ? kWaitingWork : step.is_parted && is_few ? kPartedWork : 1.0;
   if (step.is_parted) spare = 0.0;
   const double work = share * work_of(members, world.movers, step) + spare;
   const bool is_shared = are_bodies && !group.is_coarse && work < WorkBudget::kNoEnd;

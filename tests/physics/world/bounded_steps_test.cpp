@@ -476,33 +476,37 @@ TEST(BoundedSteps, WhatRestsIsHeldToTheExactToleranceAndKeepsItsPoses) {
 }
 
 TEST(BoundedSteps, AQueueAtAStopRestsOnABeltThatRunsOn) {
-  // The belt slides beneath it as fast as ever: taken for moving, the queue crept by 11 um.
-  Cubes scene;
-  const auto add = [&](std::uint32_t body, const HexahedronTree& tree) {
-    scene.contacts->add(Mover::of_body(body), tree, {0.3, 0.0});
-    return body;
-  };
-  const double half = 0.5 * kCubeSide;
-  add(scene.world.add_kinematic(at(0, 0, -0.5), {1, 0, 0}, Vector3::Zero()), scene.ground_tree);
-  add(scene.world.add_kinematic(at(half, 0, half + 0.01), Vector3::Zero(), Vector3::Zero()), scene.cube_tree);
-  const Vector3 places[2] = {{-half, 0, half}, {-3.0 * half, 0, half}};
-  std::uint32_t queue[2];
-  for (int i = 0; i < 2; ++i) {
-    const RigidBodyState state = scene.cube.state(at(places[i]), Vector3::Zero(), Vector3::Zero());
-    queue[i] = add(scene.world.add_body(scene.cube, state), scene.cube_tree);
-  }
-  scene.contacts->build();
-  // It settles by the contact gap of 1 nm, as what is put against anything.
-  Vector3 settled[2];
-  for (int i = 0; i < 5000; ++i) {
-    const StepReport report = scene.step(1e-3);
-    ASSERT_EQ(report.failure, StepFailure::none);
-    EXPECT_EQ(report.unconverged, 0U) << i;
-    for (int k = 0; i == 100 && k < 2; ++k) settled[k] = scene.world.pose(queue[k]).p;
-  }
-  for (int i = 0; i < 2; ++i) {
-    EXPECT_LT(norm(settled[i] - places[i]), 1e-8) << i;
-    EXPECT_LT(norm(scene.world.pose(queue[i]).p - settled[i]), 1e-9) << i;
+  // The belt slides beneath it as fast as ever: taken for moving, the queue crept by 11 um. Of friction 0.5
+  // and more 26 Newton steps and more find what holds it: left unfinished it crept by 13 um, for 3 645 steps.
+  for (const double friction : {0.3, 0.45, 0.51, 0.6}) {
+    Cubes scene;
+    const auto add = [&](std::uint32_t body, const HexahedronTree& tree) {
+      scene.contacts->add(Mover::of_body(body), tree, {friction, 0.0});
+      return body;
+    };
+    const double half = 0.5 * kCubeSide;
+    add(scene.world.add_kinematic(at(0, 0, -0.5), {1, 0, 0}, Vector3::Zero()), scene.ground_tree);
+    add(scene.world.add_kinematic(at(half, 0, half + 0.01), Vector3::Zero(), Vector3::Zero()),
+        scene.cube_tree);
+    const Vector3 places[2] = {{-half, 0, half}, {-3.0 * half, 0, half}};
+    std::uint32_t queue[2];
+    for (int i = 0; i < 2; ++i) {
+      const RigidBodyState state = scene.cube.state(at(places[i]), Vector3::Zero(), Vector3::Zero());
+      queue[i] = add(scene.world.add_body(scene.cube, state), scene.cube_tree);
+    }
+    scene.contacts->build();
+    // It settles by the contact gap of 1 nm, as what is put against anything.
+    Vector3 settled[2];
+    for (int i = 0; i < 2000; ++i) {
+      const StepReport report = scene.step(1e-3);
+      ASSERT_EQ(report.failure, StepFailure::none);
+      EXPECT_EQ(report.unconverged, 0U) << friction << " at " << i;
+      for (int k = 0; i == 100 && k < 2; ++k) settled[k] = scene.world.pose(queue[k]).p;
+    }
+    for (int i = 0; i < 2; ++i) {
+      EXPECT_LT(norm(settled[i] - places[i]), 1e-8) << friction << ", " << i;
+      EXPECT_LT(norm(scene.world.pose(queue[i]).p - settled[i]), 1e-9) << friction << ", " << i;
+    }
   }
 }
 
