@@ -221,7 +221,7 @@ SolveReport IslandSolver::solve_anew(const Island& island, const Start& start, C
     load_couplings(rows, step);
     solved = solve_dense(rows, step.is_bounded() ? &step.budget : nullptr, !start.moves);
     if (is_refined && solved.converged) refine(island, rows);
-    velocities_.update(islands_, island, rows);
+    if (solved.converged) velocities_.update(islands_, island, rows);
   }
   // The rest is solved as a convex problem, and polished where it is small.
   if (!solved.converged) {
@@ -269,12 +269,12 @@ void IslandSolver::polish(const Island& island, ContactRows& rows, StepContext& 
   if (polished.converged) {
     count(solved, polished);
     solved = polished;
+    velocities_.update(islands_, island, rows);
   } else {
     count(polished, solved);
     problem_.x = warm_x_;
     problem_.store_impulses(rows);
   }
-  velocities_.update(islands_, island, rows);
 }
 
 /// Of the contacts' velocities `of` [m/s].
