@@ -1,5 +1,7 @@
 #include "touchstone/contact_core/broadphase/native/pair_list.hpp"
 
+#include <cstring>
+
 namespace touchstone {
 namespace {
 
@@ -36,7 +38,10 @@ void PairList::reserve(std::size_t objects) {
   start();
   const std::size_t blocks = blocks_for(objects);
   const std::size_t bytes = GrowingMemory::bytes_of(blocks, kBlock * sizeof(SolidPair));
-  for (GrowingMemory* memory : {&found_, &pairs_}) memory->grow(0, bytes);
+  for (GrowingMemory* memory : {&found_, &pairs_}) {
+    memory->grow(0, bytes);
+    std::memset(memory->data(), 0, kBlock * sizeof(SolidPair));  // its page is there for the first pairs
+  }
   used_.reserve(blocks), block_below_.reserve(blocks);
   row_end_.reserve(objects);
 }
