@@ -1,5 +1,7 @@
 #include "touchstone/adapters/mujoco_dynamics/mujoco_model.hpp"
 
+#include <mujoco/mujoco.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -21,6 +23,10 @@ constexpr double kMostBytes = 1.9e9;  // MuJoCo 2.2 counts them in an int
 /// Newton's method factors a dense matrix of all degrees of freedom, which takes a minute for 6 000 of them,
 /// and its default stack would be 13 GB there: beyond this many, conjugate gradients.
 constexpr std::size_t kMostForNewton = 600;
+/// From 2.3 on MuJoCo takes contacts and rows as they come from one arena, of this size. A contact of a pile
+/// of 400 boxes took 3.6 kB of it with its rows and the solver's share (3.10).
+constexpr bool kHasArena = mjVERSION_HEADER >= 230;
+constexpr std::size_t kArenaBytes = 64000000, kArenaBytesAContact = 8000;
 
 /// The tables of a model: MuJoCo allocates them whole, rows times columns and rows times rows.
 struct Tables {
@@ -42,6 +48,7 @@ struct Tables {
 
 /// @throws InputError: more bodies than fit.
 Tables tables_for(const EngineScene& scene) {
+  if (kHasArena) return {scene, kContactsABody};
   for (std::size_t a_body = kContactsABody; a_body >= kLeastABody; --a_body)
     if (const Tables tables(scene, a_body); tables.bytes() <= kMostBytes) return tables;
   const Tables least(scene, kLeastABody);
@@ -89,6 +96,10 @@ class Writer {
   bool is_large() const { return tables_.columns > kMostForNewton; }
 
   void write_size() {
+    if (kHasArena) {
+      out_ << "<size memory='" << kArenaBytes + kArenaBytesAContact * tables_.contacts << "'/>";
+      return;
+    }
     out_ << "<size njmax='" << tables_.rows << "' nconmax='" << tables_.contacts << "'";
     if (is_large()) out_ << " nstack='" << 1000000 + 200 * (tables_.rows + tables_.columns) << "'";
     out_ << "/>";
