@@ -11,7 +11,8 @@
 /// other hexahedra btConvexHullShapes without margin, several solids a btCompoundShape. Friction and
 /// restitution are the scene's for every pair (geometric mean, the larger), bounce speed too. Solver,
 /// iterations (10), error reduction and split impulses are Bullet's defaults; nothing is put to sleep. With
-/// ten iterations our check has the middle of a patch first (BulletPlugin::Options::middle_first).
+/// ten iterations our check has the middle of a patch first (BulletPlugin::Options::middle_first). Where a
+/// scene asks for `push_out`, the solver gets no depth beyond what it takes back at `part_speed`.
 ///
 /// Arms are btMultiBodies (Featherstone's articulated bodies: no joint yields, whatever the masses). Torques
 /// are applied to the joint, brakes and rates are btMultiBodyJointMotors with an impulse of at most limit

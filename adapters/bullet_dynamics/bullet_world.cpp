@@ -39,8 +39,9 @@ struct ContactRules {
   const EngineScene& scene;
   std::function<bool(std::size_t, std::size_t)> meets;     ///< bodies; empty: all do
   std::function<bool(SolidIndex, SolidIndex)> is_checked;  ///< empty: all are
-  bool sets_materials = false;  ///< where bodies' own figures do not say friction and restitution
-  double check_us = 0.0;        ///< of the last step
+  bool sets_materials = false;    ///< where bodies' own figures do not say friction and restitution
+  double part_speed = kInfinity;  ///< at most which depth is taken back [m/s]
+  double check_us = 0.0;          ///< of the last step
 
   /// Gives every point the scene's figures, and takes out those of solids that are not checked.
   void apply(btDispatcher& dispatcher) const {
@@ -78,6 +79,32 @@ class Dispatcher final : public btCollisionDispatcher {
   const ContactRules& rules_;
 };
 
+/// Depths as the solver gets them: none deeper than the cap, so that what it takes back of them a step has a
+/// speed. What is read later are the true ones.
+class CappedDepths {
+ public:
+  /// @param cap [m]; infinite: leaves all as they are
+  void cut(btDispatcher& dispatcher, btScalar cap) {
+    cut_.clear();
+    if (!(cap < BT_INFINITY)) return;
+    for (int m = 0; m < dispatcher.getNumManifolds(); ++m) {
+      btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(m);
+      for (int k = 0; k < manifold.getNumContacts(); ++k) {
+        btManifoldPoint& point = manifold.getContactPoint(k);
+        if (point.m_distance1 >= -cap) continue;
+        cut_.push_back({&point, point.m_distance1});
+        point.m_distance1 = -cap;
+      }
+    }
+  }
+  void put_back() {
+    for (const auto& [point, distance] : cut_) point->m_distance1 = distance;
+  }
+
+ private:
+  std::vector<std::pair<btManifoldPoint*, btScalar>> cut_;
+};
+
 /// A world of Bullet's that keeps the rules and times its check.
 template <class Base, class Solver>
 class World final : public Base {
@@ -93,8 +120,15 @@ class World final : public Base {
     rules_.check_us = std::chrono::duration<double, std::micro>(Clock::now() - start).count();
   }
 
+  void solveConstraints(btContactSolverInfo& info) override {
+    depths_.cut(*Base::getDispatcher(), rules_.part_speed * info.m_timeStep / info.m_erp2);
+    Base::solveConstraints(info);
+    depths_.put_back();
+  }
+
  private:
   ContactRules& rules_;
+  CappedDepths depths_;
 };
 
 bool has_joints_or_latches(const DynamicScene& scene) {
@@ -277,6 +311,7 @@ class BulletEngine final : public SceneEngine {
   }
 
   void set_rules() {
+    if (scene().push_out > 0.0) rules_.part_speed = scene().part_speed;
     rules_.sets_materials = needs_materials();
     if (!bodies().exempt_bodies().empty() || articulated_ != nullptr)
       rules_.meets = [this](std::size_t a, std::size_t b) {

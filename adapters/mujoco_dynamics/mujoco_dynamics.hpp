@@ -29,10 +29,11 @@
 ///
 /// Features: hulls, arms with stops, torques and brakes, joints put at values, joints between bodies, bodies
 /// that come and go. No restitution (MuJoCo has no coefficient), no kinematic bodies (its mocap bodies have
-/// no velocity in contacts), no rate drives with limits, no latches, one friction. MuJoCo 2.2 counts the
-/// bytes of its tables in an int: scenes beyond 2 GB, with room for five contacts a body at some 700 free
-/// bodies, are refused. Beyond 600 degrees of freedom the solver is MuJoCo's conjugate gradients: Newton's
-/// method there factors a dense matrix of them.
+/// no velocity in contacts), no rate drives with limits, no latches, one friction. What starts in each other
+/// is refused where the scene asks for `push_out`: soft contacts throw it apart. MuJoCo 2.2 counts the bytes
+/// of its tables in an int: scenes beyond 2 GB, with room for five contacts a body at some 700 free bodies,
+/// are refused; from 2.3 on they come from an arena, which has room for twelve. Beyond 600 degrees of freedom
+/// the solver is MuJoCo's conjugate gradients: Newton's method of 2.2 factors a dense matrix of them.
 
 namespace touchstone {
 

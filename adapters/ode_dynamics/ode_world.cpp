@@ -76,6 +76,7 @@ class OdeEngine final : public SceneEngine {
   OdeEngine(const DynamicScene& scene, const WorldOptions& options) : SceneEngine(scene), options_(options) {
     dWorldSetGravity(ode_.world, scene.gravity_W.x(), scene.gravity_W.y(), scene.gravity_W.z());
     dWorldSetAutoDisableFlag(ode_.world, 0);
+    if (scene.push_out > 0.0) dWorldSetContactMaxCorrectingVel(ode_.world, scene.part_speed);
     for (const EngineScene::Body& body : bodies().bodies()) add(body);
     for (SolidIndex s = 0; s < bodies().solids().size(); ++s) add_solid(s);
     for (const EngineScene::Joint& joint : bodies().joints())

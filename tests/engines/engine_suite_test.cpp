@@ -177,6 +177,28 @@ TEST(EngineOde, AnArmHoldsItsLoadBesideContactsThatAreSoftened) {
   if (asked == 0) GTEST_SKIP() << "no ode_direct in this build";
 }
 
+TEST_P(EngineSuite, AnOverlapAtTheStartPartsAtACappedSpeedOrIsNamed) {
+  DynamicScene scene = empty_scene(0.6);
+  scene.gravity_W.setZero();
+  scene.push_out = 10.0;
+  const std::size_t left = add_box(scene, "left", {0.2, 0.2, 0.2}, {0, 0, 5}, 1.0),
+                    right = add_box(scene, "right", {0.2, 0.2, 0.2}, {0.19, 0.02, 5.01}, 2.0);
+  if (is_soft()) {
+    const std::string text = refusal_of([&] { engines().make(GetParam(), scene); });
+    EXPECT_EQ(text.find("engine 'mujoco': unsupported: an overlap at the start"), 0u) << text;
+    return;
+  }
+  const auto engine = engines().make(GetParam(), scene);
+  double fastest = 0.0;
+  while (!engine->is_over()) {
+    engine->begin_step();
+    ASSERT_EQ(engine->step().failure, "");
+    fastest = std::max(fastest, norm(Vector3(*engine->velocity(right) - *engine->velocity(left))));
+  }
+  EXPECT_LE(fastest, 1.01 * scene.part_speed);
+  EXPECT_LT(engine->worst_depth(), 2e-4);
+}
+
 TEST_P(EngineSuite, AKinematicBodyPushesOn) {
   DynamicScene scene = empty_scene(1.0);
   scene.gravity_W.setZero();
