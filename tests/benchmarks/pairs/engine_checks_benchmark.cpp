@@ -1,4 +1,5 @@
-// The cost of our check inside an engine: engine_checks_benchmark SCENE.yaml [ENGINES [SECONDS]]
+// The cost of our check inside an engine:
+//   engine_checks_benchmark SCENE.yaml [ENGINES [SECONDS [PARAMETER=FIGURE]...]]
 //
 // Each engine steps the scene with its own check and with ours, the two worlds in turns, so that what else
 // the machine does falls on both: processor time of a step (median, 99.9 %, most), ours over its own
@@ -16,6 +17,7 @@
 #include "touchstone/adapters/all/all_backends.hpp"
 #include "touchstone/adapters/all/all_engines.hpp"
 #include "touchstone/adapters/scene_files/dynamics_file.hpp"
+#include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/contact_core/threads/processor_time.hpp"
 
 using namespace touchstone;
@@ -83,21 +85,32 @@ void run(const EngineRegistry& engines, const std::string& name, const DynamicSc
 
 int main(int argc, char** argv) try {
   if (argc < 2) {
-    std::fprintf(stderr, "engine_checks_benchmark SCENE.yaml [ENGINES [SECONDS]]\n");
+    std::fprintf(stderr, "engine_checks_benchmark SCENE.yaml [ENGINES [SECONDS [PARAMETER=FIGURE]...]]\n");
     return 2;
   }
+  // Everything by name, then the scene with its parameters as asked for.
   BackendRegistry backends;
   register_all_backends(backends);
   EngineRegistry engines;
   physics::register_all_engines(engines, backends);
-  const DynamicScene scene = load_dynamic_scene(argv[1]);
+  SceneParameters parameters;
+  std::string changed;
+  for (int i = 4; i < argc; ++i) {
+    const std::string text = argv[i];
+    const std::size_t equals = text.find('=');
+    if (equals == std::string::npos) throw InputError("no PARAMETER=FIGURE: '" + text + "'");
+    parameters[text.substr(0, equals)] = std::atof(text.c_str() + equals + 1);
+    changed += ", `" + text + "`";
+  }
+  const DynamicScene scene = load_dynamic_scene(argv[1], parameters);
+  // One table, a pair of rows an engine.
   const std::string wanted = argc > 2 ? "," + std::string(argv[2]) + "," : "";
   const double seconds = argc > 3 ? std::atof(argv[3]) : 60.0;
   std::printf(
-      "%s\n\n| engine | check | median [us] | 99.9 %% | most | over own | contacts | at the end [m/s] | deep "
-      "[m] | |\n"
+      "%s%s\n\n| engine | check | median [us] | 99.9 %% | most | over own | contacts | at the end [m/s] | "
+      "deep [m] | |\n"
       "|---|---|---|---|---|---|---|---|---|---|\n",
-      scene.scene.name.c_str());
+      scene.scene.name.c_str(), changed.c_str());
   for (const auto& entry : engines.engines()) {
     const bool is_wanted = wanted.empty() || wanted.find("," + entry.name + ",") != std::string::npos;
     if (entry.name != "own" && is_wanted) run(engines, entry.name, scene, seconds);
