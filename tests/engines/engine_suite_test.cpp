@@ -59,6 +59,21 @@ TEST_P(EngineSuite, SlidesToAStop) {
   expect_error("sliding way [m]", std::abs(engine->object_pose(plate).p.x() - way), 1e-6, limit);
 }
 
+TEST_P(EngineSuite, APairHasItsOwnFriction) {
+  if (!can(EngineFeature::mixed_friction)) return;  // refused by name: EveryFeatureIsTakenOrNamed
+  DynamicScene scene = empty_scene(1.2);
+  const std::size_t ground = add_ground(scene);
+  const std::size_t rough = add_box(scene, "rough", {0.2, 0.2, 0.01}, {0, 0, 0.005}, 1.0),
+                    smooth = add_box(scene, "smooth", {0.2, 0.2, 0.01}, {0, 1, 0.005}, 1.0);
+  scene.bodies[rough].v_W = scene.bodies[smooth].v_W = {1, 0, 0};
+  scene.pairs.push_back({smooth, ground, 0.1, {}});
+  const auto engine = run(GetParam(), scene);
+  for (const auto& [plate, friction] : {std::pair{rough, 0.5}, std::pair{smooth, 0.1}})
+    expect_error("sliding way [m]",
+                 std::abs(engine->object_pose(plate).p.x() - 1.0 / (2 * friction * kGravity)), 1e-6,
+                 1.0 * kStep);
+}
+
 TEST_P(EngineSuite, RestsOnASlope) {
   DynamicScene scene = empty_scene(1.0);
   // 20 degrees, friction 0.5: the friction angle is 26.6.
