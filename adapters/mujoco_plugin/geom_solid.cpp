@@ -2,22 +2,21 @@
 
 #include <algorithm>
 #include <array>
-#include <numeric>
 
 #include "touchstone/contact_core/native/engine/solid_memory.hpp"
 
 namespace touchstone::mujoco_plugin {
 namespace {
 
-using native::SolidContent;
+using native::SolidMemory;
 
 /// This thread's for the store: native's stay, of others those of the last one.
-native::SolidMemory& memory_of(const std::shared_ptr<native::SolidStore>& store) {
-  thread_local native::SolidMemory natives(solid_store());
+SolidMemory& memory_of(const std::shared_ptr<native::SolidStore>& store) {
+  thread_local SolidMemory natives(solid_store());
   if (store->is_native() && store == solid_store()) return natives;
   struct Other {
     std::shared_ptr<native::SolidStore> store;
-    std::optional<native::SolidMemory> memory;
+    std::optional<SolidMemory> memory;
   };
   thread_local Other other;
   if (other.store != store) {
@@ -27,43 +26,44 @@ native::SolidMemory& memory_of(const std::shared_ptr<native::SolidStore>& store)
   return *other.memory;
 }
 
-/// All of the mesh where it has eight vertices, else those of its hull; in the mesh's order.
-bool mesh_content(const mjModel& model, int mesh, SolidContent& content) {
-  const float* const vertices = model.mesh_vert + 3 * static_cast<std::ptrdiff_t>(model.mesh_vertadr[mesh]);
+/// The vertices of the mesh's hull, in the mesh's order, where there are eight.
+bool hull_corners(const mjModel& model, int mesh, const float* vertices, SolidMemory::Corners& corners) {
+  // The hull's graph: numvert, numface, vert_edgeadr[numvert], vert_globalid[numvert], ...
+  const int address = model.mesh_graphadr[mesh];
+  if (address < 0) return false;
+  const int* const graph = model.mesh_graph + address;
+  if (graph[0] != Hexahedron::kVertices) return false;
   std::array<int, Hexahedron::kVertices> used;
-  if (model.mesh_vertnum[mesh] == Hexahedron::kVertices) {
-    std::iota(used.begin(), used.end(), 0);
-  } else {
-    // The hull's graph: numvert, numface, vert_edgeadr[numvert], vert_globalid[numvert], ...
-    const int address = model.mesh_graphadr[mesh];
-    if (address < 0) return false;
-    const int* const graph = model.mesh_graph + address;
-    if (graph[0] != Hexahedron::kVertices) return false;
-    std::copy_n(graph + 2 + Hexahedron::kVertices, Hexahedron::kVertices, used.begin());
-    std::sort(used.begin(), used.end());
-  }
-  for (int i = 0; i < Hexahedron::kVertices; ++i)
-    for (int k = 0; k < 3; ++k) content.points[i][k] = static_cast<double>(vertices[3 * used[i] + k]);
+  std::copy_n(graph + 2 + Hexahedron::kVertices, Hexahedron::kVertices, used.begin());
+  std::sort(used.begin(), used.end());
+  for (std::size_t i = 0; i < used.size(); ++i)
+    std::copy_n(vertices + 3 * used[i], 3, corners.data() + 3 * i);
   return true;
 }
 
 }  // namespace
 
-std::shared_ptr<native::SolidStore> solid_store() {
+const std::shared_ptr<native::SolidStore>& solid_store() {
   static const auto store = std::make_shared<native::SolidStore>();
   return store;
 }
 
 std::optional<native::SolidHandle> solid_of(const std::shared_ptr<native::SolidStore>& store,
                                             const mjModel& model, int geom) {
-  native::SolidMemory& memory = memory_of(store);
+  SolidMemory& memory = memory_of(store);
   if (model.geom_type[geom] == mjGEOM_BOX) {
     const mjtNum* const half = model.geom_size + 3 * static_cast<std::ptrdiff_t>(geom);
     return memory.find_box({2.0 * half[0], 2.0 * half[1], 2.0 * half[2]});
   }
-  SolidContent content;
-  if (!mesh_content(model, model.geom_dataid[geom], content)) return std::nullopt;
-  return memory.find(content);
+  // All of the mesh where it has eight vertices.
+  const int mesh = model.geom_dataid[geom];
+  const float* const vertices = model.mesh_vert + 3 * static_cast<std::ptrdiff_t>(model.mesh_vertadr[mesh]);
+  SolidMemory::Corners corners;
+  if (model.mesh_vertnum[mesh] == Hexahedron::kVertices)
+    std::copy_n(vertices, corners.size(), corners.data());
+  else if (!hull_corners(model, mesh, vertices, corners))
+    return std::nullopt;
+  return memory.find_hull(corners);
 }
 
 Pose pose_of(const mjData& data, int geom) {

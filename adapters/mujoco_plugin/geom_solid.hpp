@@ -12,7 +12,7 @@
 namespace touchstone::mujoco_plugin {
 
 /// Native's, one for the process.
-std::shared_ptr<native::SolidStore> solid_store();
+const std::shared_ptr<native::SolidStore>& solid_store();
 
 /// The geom's solid in the store, remembered by this thread. Empty for what is no hexahedron, or refused.
 std::optional<native::SolidHandle> solid_of(const std::shared_ptr<native::SolidStore>& store,

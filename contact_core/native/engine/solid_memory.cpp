@@ -72,6 +72,28 @@ std::optional<SolidHandle> SolidMemory::find_box(const Sides& sides) {
   return find(content);
 }
 
+std::optional<SolidHandle> SolidMemory::find_hull(const Corners& corners) {
+  const auto coordinate = [&](std::size_t i, std::size_t k) {
+    return static_cast<double>(corners[3 * i + k]);
+  };
+  // What was asked for last is compared as it stands.
+  Places::value_type* const recent =
+      recent_[recent_place({coordinate(0, 0), coordinate(0, 1), coordinate(0, 2)})];
+  if (recent != nullptr && !recent->first.is_box) {
+    std::uint64_t differ = 0;
+    for (std::size_t i = 0; i < Hexahedron::kVertices; ++i)
+      for (std::size_t k = 0; k < 3; ++k)
+        differ |= std::bit_cast<std::uint64_t>(coordinate(i, k)) ^
+                  std::bit_cast<std::uint64_t>(recent->first.points[i][k]);
+    if (differ == 0) return use(*recent);
+  }
+  // Another one.
+  SolidContent content;
+  for (std::size_t i = 0; i < Hexahedron::kVertices; ++i)
+    for (std::size_t k = 0; k < 3; ++k) content.points[i][k] = coordinate(i, k);
+  return find(content);
+}
+
 std::optional<SolidHandle> SolidMemory::find(const SolidContent& content) {
   Places::value_type*& recent = recent_[recent_place(content.points[0])];
   if (recent == nullptr || !SameBits{}(recent->first, content)) {

@@ -16,7 +16,8 @@ namespace touchstone::native {
 class SolidMemory {
  public:
   static constexpr std::size_t kPlaces = 1024;
-  using Sides = std::array<double, 3>;  ///< full lengths [m]
+  using Sides = std::array<double, 3>;    ///< full lengths [m]
+  using Corners = std::array<float, 24>;  ///< x, y, z of each vertex [m]
 
   explicit SolidMemory(std::shared_ptr<SolidStore> store);
   ~SolidMemory();
@@ -27,6 +28,8 @@ class SolidMemory {
   std::optional<SolidHandle> find(const SolidContent& content);
   /// As find() of a box of these sides.
   std::optional<SolidHandle> find_box(const Sides& sides);
+  /// As find() of these vertices.
+  std::optional<SolidHandle> find_hull(const Corners& corners);
 
  private:
   struct Hash {  ///< not noexcept: the places then keep theirs, and compare it first
