@@ -20,7 +20,16 @@ class SurfaceMeasure {
   double distance(const Vector3& p) const;
 
  private:
-  std::vector<std::array<Vector3, 3>> triangles_;
+  struct Triangle {
+    std::array<Vector3, 3> corners;
+    Vector3 normal;  ///< unit, in double precision
+    double
+        normal_error;  ///< bounds its error and those of a height by it, a unit of length of p - corners[0]
+  };
+
+  void add_triangle(const std::array<Vector3, 3>& corners);
+
+  std::vector<Triangle> triangles_;
 };
 
 /// h(n) = (min_j n.b_j - max_i n.a_i) / |n| [m].
