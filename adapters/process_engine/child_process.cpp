@@ -139,6 +139,11 @@ bool ChildProcess::has_more() const {
   return poll(&end, 1, 0) > 0 && (end.revents & POLLIN) != 0;
 }
 
+bool ChildProcess::is_silent() const {
+  pollfd end{from_, POLLIN, 0};
+  return poll(&end, 1, 0) == 0;
+}
+
 std::string ChildProcess::end() {
   if (pid_ < 0) return "";
   // One that has just closed its pipes is given a moment to end by itself: its signal is the reason.

@@ -26,6 +26,8 @@ class ChildProcess {
                 std::chrono::milliseconds limit);
   /// Whether bytes are there that nobody asked for.
   bool has_more() const;
+  /// Whether it waits to be asked: it has written nothing, and not ended.
+  bool is_silent() const;
 
   /// Kills it where it still runs. Returns how it ended: "signal 11", "exit code 1".
   std::string end();

@@ -82,6 +82,8 @@ struct Engine {
   mutable std::atomic<int> failures_in_vain = 0;
   mutable std::atomic<bool> is_given_up = false;
 
+  /// As many as are answered soon, few at first.
+  mutable std::atomic<std::size_t> pairs_of_a_question = 16;
   /// Of all workspaces [ns], beyond what is free.
   mutable std::atomic<std::int64_t> waited = 0;
 
@@ -95,6 +97,14 @@ struct Engine {
     const double free = kFreeLimits + kFreeLimitsOfAPair * static_cast<double>(pairs);
     const auto beyond = took - std::chrono::duration<double, std::nano>(free * options.time_limit);
     if (beyond.count() > 0.0) waited += static_cast<std::int64_t>(beyond.count());
+  }
+  /// What answers a question as a whole keeps silent until then: a slow engine, or one on a busy machine, is
+  /// asked less at a time.
+  void suit_next_question(std::size_t pairs, Clock::duration took) const {
+    if (2 * took > options.time_limit)
+      pairs_of_a_question = std::max<std::size_t>(1, pairs / 2);
+    else if (4 * took < options.time_limit && pairs == pairs_of_a_question)
+      pairs_of_a_question = std::min(2 * pairs, protocol->largest_question());
   }
   int most_in_vain() const { return kWorkspacesInVain * (options.max_restarts + 1); }
   /// An engine that hangs whatever it is asked would cost each workspace its restarts, minutes each. It stays
@@ -120,21 +130,63 @@ struct Solids {
   std::uint64_t build = 0;
 };
 
+/// A process between two questions.
+struct Running {
+  std::unique_ptr<ChildProcess> child;
+  std::uint64_t built = 0;  ///< of which solids it knows; 0: none
+  std::uint32_t batch = 0;  ///< its last question's
+};
+
+/// Processes of workspaces that are gone, for the next ones: a start and the solids of a large set cost more
+/// than its pairs.
+class IdleProcesses {
+ public:
+  void give(Running running) {
+    const std::lock_guard lock(mutex_);
+    if (idle_.size() < kMostIdle) idle_.push_back(std::move(running));
+  }
+  /// Without a child where none of them still waits to be asked.
+  Running take() {
+    const std::lock_guard lock(mutex_);
+    while (!idle_.empty()) {
+      Running last = std::move(idle_.back());
+      idle_.pop_back();
+      if (last.child->is_silent()) return last;
+    }
+    return {};
+  }
+
+ private:
+  static constexpr std::size_t kMostIdle = 16;
+  std::mutex mutex_;
+  std::vector<Running> idle_;
+};
+
 /// One process and what is said to it.
 class Connection final : public Narrowphase::Workspace {
  public:
-  explicit Connection(std::shared_ptr<const Engine> engine) : engine_(std::move(engine)) {}
+  Connection(std::shared_ptr<const Engine> engine, std::shared_ptr<IdleProcesses> idle)
+      : engine_(std::move(engine)), idle_(std::move(idle)), running_(idle_->take()) {}
+  ~Connection() override {
+    if (running_.child == nullptr) return;
+    try {
+      idle_->give(std::move(running_));
+    } catch (const std::exception&) {  // no memory: it has ended with what was to hold it
+    }
+  }
+  Connection(const Connection&) = delete;
+  Connection& operator=(const Connection&) = delete;
 
   /// Asks the pairs of `asked` (indices into input.pairs); what gets no answer keeps what is in its slots.
   void ask(const Solids& solids, const NarrowphaseInput& input, const NarrowphaseOutput& output) {
     const std::span<const std::uint32_t> all(asked);
     std::size_t at = 0, one_by_one_until = 0;
     while (at < all.size()) {
-      const std::size_t most = at < one_by_one_until ? 1 : engine_->protocol->largest_question();
-      const auto part = all.subspan(at, std::min(most, all.size() - at));
       if (engine_->has_used_its_time() || !is_running(solids)) return give_up(all.subspan(at), output);
+      const std::size_t most = at < one_by_one_until ? 1 : engine_->pairs_of_a_question.load();
+      const auto part = all.subspan(at, std::min(most, all.size() - at));
       // A part without a failure is done.
-      const auto [answered, failure] = ask_part({input, part, ++batch_}, output);
+      const auto [answered, failure] = ask_part({input, part, ++running_.batch}, output);
       at += answered;
       if (answered > 0)
         engine_->failures_in_vain = 0;
@@ -143,7 +195,7 @@ class Connection final : public Narrowphase::Workspace {
       if (failure.empty()) continue;
       // After a failure the pairs left of the part are asked one by one, of a new process, to find the guilty
       // one.
-      child_.reset();
+      drop();
       if (part.size() == 1) {
         engine_->tell("failed, " + failure + " on pair " + std::to_string(part[0]));
         output.status[part[0]] = PairStatus::failed;
@@ -156,6 +208,9 @@ class Connection final : public Narrowphase::Workspace {
     }
   }
 
+  /// Ends its process, which may be within a question.
+  void drop() { running_ = {}; }
+
   std::vector<std::uint32_t> asked;
 
  private:
@@ -165,18 +220,18 @@ class Connection final : public Narrowphase::Workspace {
   };
 
   bool is_running(const Solids& solids) {
-    while (child_ == nullptr || built_ != solids.build) {
-      if (child_ == nullptr) {
+    while (running_.child == nullptr || running_.built != solids.build) {
+      if (running_.child == nullptr) {
         if (has_used_restarts() || engine_->is_given_up) return false;
         ++starts_;
       }
       try {
-        if (child_ == nullptr) start();
+        if (running_.child == nullptr) start();
         if (send(solids)) return true;
       } catch (const InputError& error) {
         engine_->tell(std::string("failed, ") + error.what());
       }
-      child_.reset();
+      drop();
       engine_->count_in_vain();
     }
     return true;
@@ -185,11 +240,10 @@ class Connection final : public Narrowphase::Workspace {
   bool has_used_restarts() const { return starts_ > engine_->options.max_restarts; }
 
   void start() {
-    child_ = std::make_unique<ChildProcess>(engine_->options.command);
-    const Greeting now = greet(*child_, engine_->options.time_limit);
+    running_ = {std::make_unique<ChildProcess>(engine_->options.command)};
+    const Greeting now = greet(*running_.child, engine_->options.time_limit);
     if (now.name != engine_->greeting.name || now.is_binary != engine_->greeting.is_binary)
       throw InputError("it greets otherwise than before");
-    built_ = 0;
   }
 
   bool send(const Solids& solids) {
@@ -201,35 +255,38 @@ class Connection final : public Narrowphase::Workspace {
     const auto in_all = engine_->of_a_question() * (1 + solids.count / engine_->protocol->largest_question());
     const Clock::time_point last = Clock::now() + in_all;
     while (!rest.empty()) {
-      const auto turn = child_->exchange(rest, unasked, 1, limit);
+      const auto turn = running_.child->exchange(rest, unasked, 1, limit);
       const bool moves = turn == ChildProcess::Turn::wrote_or_read && unasked.empty();
       if (moves && Clock::now() <= last) continue;
       const std::string how = moves                                   ? "not done within " + seconds(in_all)
                               : turn == ChildProcess::Turn::timed_out ? "no move within " + seconds(limit)
-                              : unasked.empty()                       ? child_->end()
+                              : unasked.empty()                       ? running_.child->end()
                                                                       : "it writes more than was asked";
       engine_->tell("failed, " + how + " on taking solids");
       return false;
     }
-    built_ = solids.build;
+    running_.built = solids.build;
     return true;
   }
 
   Outcome ask_part(const Question& question, const NarrowphaseOutput& output) {
     const Protocol& protocol = *engine_->protocol;
-    if (child_->has_more()) return {0, "it writes more than was asked"};  // late, after an earlier reply
+    if (running_.child->has_more())
+      return {0, "it writes more than was asked"};  // late, after an earlier reply
     request_.clear();
     reply_.clear();
     protocol.write_question(question, request_);
     const Clock::time_point begin = Clock::now();
     std::string failure =
-        converse(*child_, request_, reply_, engine_->options.time_limit, engine_->of_a_question(),
+        converse(*running_.child, request_, reply_, engine_->options.time_limit, engine_->of_a_question(),
                  [&](const std::string& so_far) { return protocol.wanted(question, so_far); });
-    engine_->count_question(question.pairs.size(), Clock::now() - begin);
+    const Clock::duration took = Clock::now() - begin;
+    engine_->count_question(question.pairs.size(), took);
+    engine_->suit_next_question(question.pairs.size(), took);
     const Decoded decoded = protocol.read_reply(question, reply_, output);
     if (failure.empty() && decoded.problem != nullptr) failure = decoded.problem;
     if (!failure.empty()) return {decoded.answered, failure};
-    if (child_->has_more()) return {0, "it writes more than was asked"};
+    if (running_.child->has_more()) return {0, "it writes more than was asked"};
     return {decoded.answered, ""};
   }
 
@@ -250,10 +307,9 @@ class Connection final : public Narrowphase::Workspace {
   }
 
   std::shared_ptr<const Engine> engine_;
-  std::unique_ptr<ChildProcess> child_;
+  std::shared_ptr<IdleProcesses> idle_;
+  Running running_;
   std::string request_, reply_;
-  std::uint64_t built_ = 0;
-  std::uint32_t batch_ = 0;
   int starts_ = 0;
   bool told_end_ = false;
 };
@@ -268,7 +324,9 @@ class ProcessNarrowphase final : public Narrowphase {
     refuse_rounded(solids, name());
     solids_ = {c_interface::corners_of(solids), solids.size(), solids_.build + 1};
   }
-  std::unique_ptr<Workspace> make_workspace() const override { return std::make_unique<Connection>(engine_); }
+  std::unique_ptr<Workspace> make_workspace() const override {
+    return std::make_unique<Connection>(engine_, idle_);
+  }
 
   void evaluate(const NarrowphaseInput& input, const NarrowphaseOutput& output,
                 Workspace& workspace) const noexcept override {
@@ -286,6 +344,7 @@ class ProcessNarrowphase final : public Narrowphase {
           connection.asked.push_back(static_cast<std::uint32_t>(i));
       connection.ask(solids_, input, output);
     } catch (const std::exception& error) {  // no memory: what was not answered is `failed` already
+      connection.drop();
       std::fprintf(stderr, "touchstone: engine: %s\n", error.what());
     }
     judge(input.query, count, output);
@@ -311,6 +370,7 @@ class ProcessNarrowphase final : public Narrowphase {
   }
 
   std::shared_ptr<const Engine> engine_;
+  std::shared_ptr<IdleProcesses> idle_ = std::make_shared<IdleProcesses>();
   Solids solids_;
   mutable std::atomic<bool> told_ = false;
 };

@@ -11,7 +11,7 @@
 /// @file
 /// A backend as a program: it reads pairs from stdin and writes answers to stdout, in any language; the
 /// protocol is process_engine/README.md. Each workspace has a process of its own, so any number of threads
-/// may ask.
+/// may ask; one that a workspace leaves waiting serves the narrowphase's next workspace.
 ///
 /// Nothing that the engine does is ours: where it crashes, hangs, ends, answers too little, too much or
 /// something else than was asked, the pair it was busy with is `failed`, the reason is reported ("failed,

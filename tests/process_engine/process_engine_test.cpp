@@ -2,10 +2,13 @@
 
 #include <gmock/gmock.h>
 #include <signal.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <thread>
 
 #include "touchstone/adapters/process_engine/child_process.hpp"
@@ -223,18 +226,28 @@ TEST(ProcessEngine, OneThatSleepsInEveryQuestionIsGivenUp) {
   EXPECT_THAT(told.back(), HasSubstr("given up after 0.5 s in its questions; 2 pairs here"));
 }
 
-// A nap of 0.1 s is beyond what a question has free, and within what 600 pairs have.
+// A nap of 0.1 s is beyond what a question has free, and within what 600 pairs have; the first, smaller
+// questions take half of the limit in all.
 TEST(ProcessEngine, OneThatIsAskedManyPairsAtATimeMayTakeTimeForEach) {
   BackendRegistry registry;
   const std::string name = register_process_engine(
-      registry, {.command = {BAD_ENGINE, "nap"}, .time_limit = milliseconds(1000), .limits_in_all = 0});
+      registry, {.command = {BAD_ENGINE, "nap"}, .time_limit = milliseconds(500), .limits_in_all = 1});
   const auto narrowphase = registry.make_narrowphase(name);
   const Row row;
   narrowphase->build(row.solids);
   const std::vector<SolidPair> pairs(600, SolidPair{0, 1});
-  for (int time = 0; time < 2; ++time)
+  for (int time = 0; time < 3; ++time)
     EXPECT_EQ(ask(*narrowphase, pairs, row.poses, {.kind = QueryKind::distance}).status[0],
               PairStatus::separated);
+}
+
+// 60 pairs of 0.01 s each are no answer for 0.6 s where they are asked together.
+TEST(ProcessEngine, OneThatIsSlowIsAskedFewPairsAtATime) {
+  Engine slow({BAD_ENGINE, "slow_pairs"}, milliseconds(500));
+  const Row row;
+  const Answers answers = slow.ask(row.solids, row.pairs, row.poses, {.kind = QueryKind::distance});
+  EXPECT_THAT(answers.status, Each(PairStatus::separated));
+  EXPECT_THAT(slow.told, IsEmpty());
 }
 
 // A million bytes wait in the pipe; the rest is taken 3 840 bytes every 30 ms.
@@ -352,6 +365,20 @@ TEST(ProcessEngine, NoSignalOfABrokenPipeIsLeft) {
 }
 
 // What a program started in its group ends with it, and the system ends both before us where memory ends.
+/// Waits for the end of a process, for 5 s at most.
+bool has_ended(const std::string& process) {
+  std::string letter;
+  for (int i = 0; i < 1000; ++i) {
+    std::ifstream file("/proc/" + process + "/stat");  // "123 (sleep) S ..."
+    std::string number, name;
+    letter.clear();
+    file >> number >> name >> letter;
+    if (letter.empty() || letter == "Z") return true;
+    std::this_thread::sleep_for(milliseconds(5));
+  }
+  return false;
+}
+
 TEST(ProcessEngine, WhatItStartedEndsWithIt) {
   // The child's next line.
   const auto read_line = [](process_engine::ChildProcess& child, std::string_view request) {
@@ -371,15 +398,39 @@ TEST(ProcessEngine, WhatItStartedEndsWithIt) {
   }
   // So does what it started.
   ASSERT_GT(started.size(), 1u);
-  const auto state = [&] {  // "123 (sleep) S ..."; "": it is gone
-    std::ifstream file("/proc/" + started.substr(0, started.size() - 1) + "/stat");
-    std::string number, name, letter;
-    file >> number >> name >> letter;
-    return letter;
+  EXPECT_TRUE(has_ended(started.substr(0, started.size() - 1)));
+}
+
+// A start and a large set's solids cost more than its pairs: the next workspace takes the process that is
+// there, but not one that has ended.
+TEST(ProcessEngine, WorkspacesInTurnShareAProcess) {
+  const std::string starts = testing::TempDir() + "process_engine_starts_" + std::to_string(getpid());
+  Engine engine({"sh", "-c", "echo $$ >>" + starts + "; exec " ENGINE_C});
+  const auto narrowphase = engine.registry.make_narrowphase("engine_c");
+  const Row row;
+  narrowphase->build(row.solids);
+  const auto lines = [&] {
+    std::ifstream file(starts);
+    return std::vector<std::string>(std::istream_iterator<std::string>(file), {});
   };
-  for (int i = 0; i < 1000 && state() != "" && state() != "Z"; ++i)
-    std::this_thread::sleep_for(milliseconds(5));
-  EXPECT_THAT(state(), testing::AnyOf("", "Z"));
+  const auto asked_again = [&] {
+    const Answers answers = touchstone::ask(*narrowphase, row.pairs, row.poses, {});
+    EXPECT_THAT(answers.status, Each(PairStatus::overlapping));
+    return lines().size();
+  };
+  // The registration's, then one for all.
+  EXPECT_EQ(asked_again(), 2u);
+  EXPECT_EQ(asked_again(), 2u);
+  narrowphase->build(std::span(row.solids).first(31));
+  narrowphase->build(row.solids);
+  EXPECT_EQ(asked_again(), 2u);
+  // It ends while nobody asks.
+  const std::string last = lines().back();
+  kill(std::stoi(last), SIGKILL);
+  ASSERT_TRUE(has_ended(last));
+  EXPECT_EQ(asked_again(), 3u);
+  EXPECT_THAT(engine.told, IsEmpty());
+  std::filesystem::remove(starts);
 }
 
 TEST(ProcessEngine, PosesThatAreNotFiniteAreNotSent) {
