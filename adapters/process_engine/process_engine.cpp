@@ -25,7 +25,7 @@ namespace process_engine {
 namespace {
 
 /// The time limits of a question, and of each of its pairs, that do not count to those of all.
-constexpr double kFreeLimits = 0.06, kFreeLimitsOfAPair = 1e-3;
+constexpr double kFreeLimits = 0.06, kFreeLimitsOfAPair = 1e-2;
 /// Failures in a row without an answer after which an engine is given up, in what one workspace may take.
 constexpr int kWorkspacesInVain = 4;
 

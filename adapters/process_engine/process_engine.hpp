@@ -36,7 +36,7 @@ struct ProcessEngineOptions {
   /// Time limits that one question may take, and the solids for each 4 096 (in lines: 256) of them: an
   /// engine that gives or takes a byte now and then is ended, too.
   int limits_of_a_question = 30;
-  /// Time limits that the questions of all workspaces may take together, but for 0.06 of one each and 0.001 a
+  /// Time limits that the questions of all workspaces may take together, but for 0.06 of one each and 0.01 a
   /// pair, which are free; then nothing is asked any more: an engine that sleeps in each would keep its
   /// caller for days.
   int limits_in_all = 300;
