@@ -18,12 +18,19 @@ Column weighed(const Twist& twist, double length) {
           length * twist.w.x(), length * twist.w.y(), length * twist.w.z()};
 }
 
-/// M = L L^T. False where M is singular to rounding: a pivot below 2^-40 of the largest diagonal entry.
-bool factorise(const Square& M, Square& L) {
+/// M += c c^T.
+void add_square(const Column& c, Square& M) {
+  for (int row = 0; row < kRows; ++row)
+    for (int k = 0; k <= row; ++k) M[row][k] += c[row] * c[k];
+}
+
+/// M = L L^T, of the first `size` rows. False where M is singular to rounding: a pivot below 2^-40 of the
+/// largest diagonal entry.
+bool factorise(const Square& M, Square& L, int size = kRows) {
   double largest = 0.0;
-  for (int i = 0; i < kRows; ++i) largest = std::max(largest, M[i][i]);
+  for (int i = 0; i < size; ++i) largest = std::max(largest, M[i][i]);
   const double least = 0x1p-40 * largest;
-  for (int i = 0; i < kRows; ++i) {
+  for (int i = 0; i < size; ++i) {
     for (int j = 0; j <= i; ++j) {
       double sum = M[i][j];
       for (int k = 0; k < j; ++k) sum -= L[i][k] * L[j][k];
@@ -39,11 +46,11 @@ bool factorise(const Square& M, Square& L) {
 }
 
 /// trace((L L^T)^-1): the sum of the squares of L^-1.
-double trace_of_inverse(const Square& L) {
+double trace_of_inverse(const Square& L, int size = kRows) {
   double trace = 0.0;
-  for (int column = 0; column < kRows; ++column) {
+  for (int column = 0; column < size; ++column) {
     Column x{};
-    for (int i = column; i < kRows; ++i) {
+    for (int i = column; i < size; ++i) {
       double sum = i == column ? 1.0 : 0.0;
       for (int k = column; k < i; ++k) sum -= L[i][k] * x[k];
       x[i] = sum / L[i][i];
@@ -99,15 +106,35 @@ Twist ResolvedRate::column(std::span<const Pose> X_WL, const Vector3& p_W,
   return {cross(axis_W, p_W - transform(X_WP, joint.X_PJ.p)), axis_W};
 }
 
+double ResolvedRate::regularity(std::span<const Pose> X_WL, const Vector3& p_W) noexcept {
+  // J J^T and J^T J have the same singular values but for zeros; the smaller one is taken.
+  Square M{}, L{};
+  std::array<Column, kRows> kept{};
+  std::size_t moving = 0;
+  for (std::uint32_t j = 0; j < columns_.size(); ++j) {
+    if (joint_of_[j] == Mechanism::kNone) continue;
+    const Column c = weighed(column(X_WL, p_W, j), settings_.length);
+    if (moving < kRows) kept[moving] = c;
+    ++moving;
+    add_square(c, M);
+  }
+  if (moving < kRows) {
+    M = {};
+    for (std::size_t i = 0; i < moving; ++i)
+      for (std::size_t k = 0; k <= i; ++k)
+        for (int row = 0; row < kRows; ++row) M[i][k] += kept[i][row] * kept[k][row];
+  }
+  const int size = static_cast<int>(std::min<std::size_t>(moving, kRows));
+  return factorise(M, L, size) ? 1.0 / std::sqrt(trace_of_inverse(L, size)) : 0.0;
+}
+
 ResolvedRate::Outcome ResolvedRate::solve(std::span<const Pose> X_WL, const Vector3& p_W, const Twist& wanted,
                                           std::span<double> rates) noexcept {
   // M is the sum of the products of weighed columns.
   Square M{}, L{};
   for (std::uint32_t j = 0; j < columns_.size(); ++j) {
     columns_[j] = column(X_WL, p_W, j);
-    const Column c = weighed(columns_[j], settings_.length);
-    for (int row = 0; row < kRows; ++row)
-      for (int k = 0; k <= row; ++k) M[row][k] += c[row] * c[k];
+    add_square(weighed(columns_[j], settings_.length), M);
   }
   // Near a singularity M is damped, the more the nearer it is.
   Outcome outcome;

@@ -48,6 +48,10 @@ class ResolvedRate {
   Outcome solve(std::span<const Pose> X_WL, const Vector3& p_W, const Twist& wanted,
                 std::span<double> rates) noexcept;
 
+  /// How far the link is from a singularity: s as above, of as many singular values as there are joints where
+  /// fewer than six move it; 0: singular to rounding [m].
+  double regularity(std::span<const Pose> X_WL, const Vector3& p_W) noexcept;
+
   /// Column j of the Jacobian: the velocity that the point p_W of the link gets from value j at rate 1; 0 if
   /// it is held.
   Twist column(std::span<const Pose> X_WL, const Vector3& p_W, std::uint32_t value) const noexcept;

@@ -149,6 +149,28 @@ TEST(ResolvedRate, IsDampedAtASingularityAndBounded) {
   }
 }
 
+// Two joints of a plane, 2 and 1 m from the point: J^T J is [5 3; 3 2], whose inverse has the trace 7.
+TEST(ResolvedRate, RegularityIsWhatDampingGoesBy) {
+  MechanismDescription two{"two", {{"base"}, {"first"}, {"second"}}, {}};
+  two.joints = {{"a", JointKind::revolute, "base", "first"},
+                {"b", JointKind::revolute, "first", "second", {Matrix3::Identity(), {1, 0, 0}}}};
+  Posed plane(Mechanism(two), {0, 0});
+  ResolvedRate of_two(plane.arm, 2);
+  EXPECT_NEAR(of_two.regularity(plane.X, {2, 0, 0}), std::sqrt(1.0 / 7.0), 1e-15);
+  // Of seven joints, on both sides of where damping sets in.
+  for (const double bend : {0.0, 0.005, 0.02, 0.1, 0.5}) {
+    Posed posed(Mechanism(make_ssrms()), {0.2, 0.3, bend, -2 * bend, bend, 0.3, 0.2});
+    const std::uint32_t tip = posed.arm.find_link("tip");
+    ResolvedRate control(posed.arm, tip);
+    std::vector<double> rates(7);
+    const Vector3 p_W = posed.X[tip].p;
+    const double lambda = control.solve(posed.X, p_W, {{1e-3, 0, 0}, {0, 0, 0}}, rates).lambda;
+    const double share = control.regularity(posed.X, p_W) / ResolvedRateSettings{}.damped_below;
+    EXPECT_EQ(lambda > 0.0, share < 1.0) << bend;
+    EXPECT_NEAR(lambda, ResolvedRateSettings{}.damping * std::sqrt(std::max(0.0, 1 - share * share)), 1e-12);
+  }
+}
+
 TEST(ResolvedRate, DoesNotAllocate) {
   Posed posed = bent_arm();
   const std::uint32_t tip = posed.arm.find_link("tip");

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -217,6 +218,33 @@ TEST_F(TrainingRun, ARobotWithMeshesFliesToABlockAndStops) {
   EXPECT_GT(unchecked(script)["merged_frames"], 0);
   ASSERT_FALSE(ours(script)["stops"].empty());
   EXPECT_TRUE(names(ours(script)["stops"][0], "block"));
+  expect_clean(script);
+}
+
+// As a CanadaArm2 of others: straight in the middle of its joints' range.
+TEST_F(TrainingRun, ARobotThatIsStraightInTheMiddleOfItsRangeStartsBentAndMeetsTheBlock) {
+  // Roll, yaw, three pitches, yaw and roll, each from -180 to 180 degrees.
+  std::string text = "<robot name='straight'><link name='link0'/>\n";
+  const std::array<std::string, 7> axes = {"1 0 0", "0 0 1", "0 1 0", "0 1 0", "0 1 0", "0 0 1", "1 0 0"};
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    const std::string half = i == 2 || i == 3 ? "1.5" : "0.3", before = i == 3 || i == 4 ? "3" : "0.6";
+    text += "<link name='link" + std::to_string(i + 1) + "'><collision><origin xyz='" + half +
+            " 0 0'/><geometry><box size='" + (half == "1.5" ? "2.8" : "0.5") +
+            " 0.2 0.2'/></geometry></collision></link>\n<joint name='joint" + std::to_string(i + 1) +
+            "' type='revolute'><parent link='link" + std::to_string(i) + "'/><child link='link" +
+            std::to_string(i + 1) + "'/><origin xyz='" + (i == 0 ? "0" : before) + " 0 0'/><axis xyz='" +
+            axes[i] + "'/><limit lower='-3.14' upper='3.14' velocity='0.5' effort='100'/></joint>\n";
+  }
+  std::ofstream(folder_ / "straight.urdf") << text << "</robot>\n";
+  const Outcome outcome =
+      run("--robot " + (folder_ / "straight.urdf").string() + " --out " + (folder_ / "run").string());
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  // Where it stood straight, its hand was damped in all frames and met nothing.
+  const json script = json::parse(read(folder_ / "run/results.json"))["scripts"][0];
+  EXPECT_EQ(ours(script)["hands"][0]["damped_frames"], 0);
+  ASSERT_FALSE(ours(script)["stops"].empty());
+  EXPECT_TRUE(names(ours(script)["stops"][0], "block"));
+  EXPECT_GT(unchecked(script)["merged_frames"], 0);
   expect_clean(script);
 }
 

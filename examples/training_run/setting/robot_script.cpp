@@ -3,10 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
+#include <utility>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/input_error.hpp"
-#include "touchstone/examples/robot_files/robot_files.hpp"
+#include "touchstone/contact_core/mechanism/configuration_check.hpp"
+#include "touchstone/contact_core/native/native.hpp"
+#include "touchstone/examples/training_run/setting/robot_start.hpp"
 
 namespace touchstone::training {
 namespace {
@@ -101,31 +105,64 @@ SceneObject block(double side, const Vector3& p_W, const Vector3& direction, con
   return {std::move(tree), rigid_frame({R, p_W}), {}, {}};
 }
 
+/// The robot at joint values, and the block before its hand.
+struct Start {
+  std::vector<double> q;
+  std::vector<Pose> X_WL;
+  double reach = 0.0;  ///< sets the scale of the scene [m]
+  Approach approach;
+  Vector3 aside;  ///< across the approach, a unit
+  SceneObject block;
+};
+
+Start start_at(const Mechanism& robot, std::uint32_t end, std::vector<double> q) {
+  std::vector<Pose> X_WL(robot.links().size());
+  robot.link_poses({}, q, X_WL);
+  double reach = 0.0;
+  for (std::uint32_t link = 0; link < X_WL.size(); ++link)
+    if (robot.links()[link].tree)
+      reach = std::max(reach, norm(around(robot, link, X_WL).centre) + around(robot, link, X_WL).radius);
+  // The block stands where the end of the robot can approach it most freely.
+  const Sphere at_end = around(robot, end, X_WL);
+  const double block_radius = 0.87 * kBlock * reach;  // half a cube's diagonal
+  const double away = at_end.radius + (kGap + 0.5 * kBlock) * reach;
+  const Approach freest = freest_approach(robot, end, X_WL, at_end, away, block_radius);
+  const Vector3& direction = freest.direction;
+  const Vector3 across =
+      cross(direction, std::abs(direction.z()) < 0.9 ? Vector3::UnitZ() : Vector3::UnitX());
+  const Vector3 aside = across / norm(across);
+  SceneObject before = block(kBlock * reach, at_end.centre + away * direction, direction, aside);
+  return {std::move(q), std::move(X_WL), reach, freest, aside, std::move(before)};
+}
+
+/// Whether no links touch each other or the block.
+bool is_free(const std::shared_ptr<const Mechanism>& robot, const Start& start) {
+  const Obstacle block = {std::make_shared<const HexahedronTree>(start.block.tree), start.block.X_WO};
+  const ConfigurationCheck check({.mechanism = robot, .obstacles = {block}}, make_native());
+  ConfigurationCheck::Scratch scratch = check.make_scratch();
+  return check.is_free(start.q, scratch);
+}
+
+/// The first that is free; where none is, the first.
+Start find_start(const std::shared_ptr<const Mechanism>& robot, std::uint32_t end) {
+  std::optional<Start> first;
+  for (std::vector<double>& q : starts_of(*robot, end)) {
+    Start start = start_at(*robot, end, std::move(q));
+    if (is_free(robot, start)) return start;
+    if (!first) first = std::move(start);
+  }
+  return std::move(*first);
+}
+
 }  // namespace
 
 Script robot_script(const MechanismDescription& description) {
   const auto robot = std::make_shared<const Mechanism>(description);
   const std::uint32_t end = end_of(*robot);
-  const std::vector<double> q = robot_files::start_values(*robot);
-  std::vector<Pose> X_WL(robot->links().size());
-  robot->link_poses({}, q, X_WL);
-  // The robot's reach sets the scale of the scene.
-  double reach = 0.0;
-  for (std::uint32_t link = 0; link < X_WL.size(); ++link)
-    if (robot->links()[link].tree)
-      reach = std::max(reach, norm(around(*robot, link, X_WL).centre) + around(*robot, link, X_WL).radius);
-  // The block stands where the end of the robot can approach it most freely.
-  const Sphere at_end = around(*robot, end, X_WL);
-  const double block_radius = 0.87 * kBlock * reach;  // half a cube's diagonal
-  const double away = at_end.radius + (kGap + 0.5 * kBlock) * reach;
-  const Approach freest = freest_approach(*robot, end, X_WL, at_end, away, block_radius);
-  const Vector3 direction = freest.direction;
+  Start start = find_start(robot, end);
   // A slow robot gets more time instead of rates beyond its joints.
-  const double slower = std::clamp(kSpeed * reach / (kOfRate * freest.speed), 1.0, kSlowest);
-  const double speed = kSpeed * reach / slower;
-  const Vector3 across =
-      cross(direction, std::abs(direction.z()) < 0.9 ? Vector3::UnitZ() : Vector3::UnitX());
-  const Vector3 aside = across / norm(across);
+  const double slower = std::clamp(kSpeed * start.reach / (kOfRate * start.approach.speed), 1.0, kSlowest);
+  const double speed = kSpeed * start.reach / slower;
 
   // The scene lasts as long as the hand's four moves.
   Script script;
@@ -136,11 +173,12 @@ Script robot_script(const MechanismDescription& description) {
   script.scene.contact_gap = 1e-9;
   script.scene.policy = ContactPolicy::advance;
   script.scene.duration = slower * 2.0 * (kOutward + kSideways);
-  script.scene.objects.push_back(block(kBlock * reach, at_end.centre + away * direction, direction, aside));
+  script.scene.objects.push_back(std::move(start.block));
   // The hand goes out, back, sideways and home.
   HandScript hand;
-  hand.arm = ArmScript{description.name, robot, robot->links()[end].name, q, X_WL[end]};
-  const Vector3 fast = speed * direction, to_side = speed * aside;
+  hand.arm =
+      ArmScript{description.name, robot, robot->links()[end].name, std::move(start.q), start.X_WL[end]};
+  const Vector3 fast = speed * start.approach.direction, to_side = speed * start.aside;
   const double back = slower * kOutward, sideways = 2.0 * back, home = sideways + slower * kSideways;
   hand.rates = {{0.0, fast}, {back, -fast}, {sideways, to_side}, {home, -to_side}};
   script.hands.push_back(std::move(hand));
