@@ -10,19 +10,6 @@
 namespace touchstone::fitting {
 namespace {
 
-class Random {
- public:
-  double next() {  // [0, 1), xorshift
-    state_ ^= state_ << 13;
-    state_ ^= state_ >> 7;
-    state_ ^= state_ << 17;
-    return static_cast<double>(state_ >> 11) * 0x1p-53;
-  }
-
- private:
-  std::uint64_t state_ = 0x9e3779b97f4a7c15U;
-};
-
 struct Faces {
   Bounds box;
   std::array<Plane, 6> planes;
@@ -54,41 +41,45 @@ bool is_covered(const std::vector<Faces>& all, const Vector3& p, double toleranc
   return false;
 }
 
-std::vector<double> area_sums(const TriangleMesh& mesh) {
-  std::vector<double> sums;
+}  // namespace
+
+SurfacePoints::SurfacePoints(const TriangleMesh& mesh) : mesh_(mesh) {
   double sum = 0.0;
   for (const auto& t : mesh.triangles) {
     sum += norm(cross(mesh.vertices[t[1]] - mesh.vertices[t[0]], mesh.vertices[t[2]] - mesh.vertices[t[0]]));
-    sums.push_back(sum);
+    area_sums_.push_back(sum);
   }
-  return sums;
 }
 
-Vector3 on_surface(const TriangleMesh& mesh, const std::vector<double>& sums, Random& random) {
-  const auto found = std::lower_bound(sums.begin(), sums.end(), random.next() * sums.back());
-  const auto& t = mesh.triangles[std::min<std::size_t>(found - sums.begin(), sums.size() - 1)];
-  const double root = std::sqrt(random.next()), share = random.next();
-  return (1.0 - root) * mesh.vertices[t[0]] + root * (1.0 - share) * mesh.vertices[t[1]] +
-         root * share * mesh.vertices[t[2]];
+double SurfacePoints::uniform() {  // xorshift
+  state_ ^= state_ << 13;
+  state_ ^= state_ >> 7;
+  state_ ^= state_ << 17;
+  return static_cast<double>(state_ >> 11) * 0x1p-53;
 }
 
-}  // namespace
+Vector3 SurfacePoints::next() {
+  const auto found = std::lower_bound(area_sums_.begin(), area_sums_.end(), uniform() * area_sums_.back());
+  const auto& t = mesh_.triangles[std::min<std::size_t>(found - area_sums_.begin(), area_sums_.size() - 1)];
+  const double root = std::sqrt(uniform()), share = uniform();
+  return (1.0 - root) * mesh_.vertices[t[0]] + root * (1.0 - share) * mesh_.vertices[t[1]] +
+         root * share * mesh_.vertices[t[2]];
+}
 
 SampleCount count_uncovered(const MeshDistance& mesh, const Fit& fit, std::size_t samples) {
   const std::vector<Faces> faces = faces_of(fit);
-  const std::vector<double> sums = area_sums(mesh.mesh());
   const double tolerance = 1e-12 * mesh.largest_coordinate();
   const Vector3 size = mesh.bounds().high - mesh.bounds().low;
-  Random random;
+  SurfacePoints points(mesh.mesh());
   std::size_t hint = 0;
   SampleCount count;
   while (count.asked < samples) {
-    Vector3 p = on_surface(mesh.mesh(), sums, random);
+    Vector3 p = points.next();
     count.uncovered += is_covered(faces, p, tolerance, hint) ? 0 : 1;
     ++count.asked;
     // A point of the bounding box that is covered needs no look at the solid.
     p = mesh.bounds().low +
-        Vector3(random.next() * size.x(), random.next() * size.y(), random.next() * size.z());
+        Vector3(points.uniform() * size.x(), points.uniform() * size.y(), points.uniform() * size.z());
     if (!is_covered(faces, p, tolerance, hint)) count.uncovered += mesh.is_inside(p) ? 1 : 0;
     ++count.asked;
   }

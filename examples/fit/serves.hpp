@@ -100,6 +100,9 @@ struct ServesResult {
   /// The row that serves with the fewest hexahedra; where none does, the one that is right to the least
   /// error.
   std::optional<std::size_t> best;
+  /// Where the best one serves: no cover that is within the tolerance in its zones has fewer hexahedra (a
+  /// bound from below, see least_hexahedra()).
+  std::size_t least = 0;
   bool is_cut = false;                     ///< the time was up before all was tried
   std::vector<std::string> left_out = {};  ///< rows but the first that were refused, and why
 };

@@ -11,6 +11,7 @@
 
 #include "touchstone/adapters/scene_files/scene_file.hpp"
 #include "touchstone/examples/fit/cover_scene.hpp"
+#include "touchstone/examples/fit/least_cover.hpp"
 #include "touchstone/examples/fit/training_scene.hpp"
 #include "touchstone/tests/fit/meshes.hpp"
 #include "touchstone/tests/support/program_test.hpp"
@@ -416,6 +417,8 @@ TEST_F(Serves, TheUniformCoverStandsBesideTheFittedOne) {
   EXPECT_LE(uniform.runs[0].fit.excess, asked.tolerance);
   EXPECT_EQ(uniform.flight.contacts.size(), result.rows[*result.best].flight.contacts.size());
   EXPECT_THAT(comparison_text(result, asked), HasSubstr("uniform error"));
+  EXPECT_GE(result.least, 1U);
+  EXPECT_LE(result.least, result.rows[*result.best].hexahedra);
   asked.with_uniform = false;
   EXPECT_EQ(comparison_text(find_coarsest(fit_, asked, *progress_), asked), "");
 }
@@ -522,6 +525,20 @@ TEST(Zones, WhatIsBetweenTwoPosesIsLookedAt) {
   NearCells near(mesh, 0.1);
   near.add(cube, 0.1);
   EXPECT_TRUE(are_held(boxes, cube, 0.1, near.boxes()));
+}
+
+TEST(LeastCover, CountsWhatNoTwoOfCanBeInOneConvexPart) {
+  // Seven teeth, 0.5 m apart, on a bar.
+  TriangleMesh comb = test::box_mesh({0, 0, 0}, {6.5, 1, 0.5});
+  for (int i = 0; i < 7; ++i) test::append(comb, test::box_mesh({1.0 * i, 0, 0.5}, {1.0 * i + 0.5, 1, 2}));
+  const MeshDistance mesh(weld(comb));
+  const std::vector<Bounds> all = {{{-1, -1, -1}, {8, 2, 3}}};
+  EXPECT_EQ(least_hexahedra(mesh, all, 0.01), 8U);  // the teeth, and the bar between two of them
+  EXPECT_EQ(least_hexahedra(mesh, all, 0.24), 7U);  // what holds the bar may reach into the teeth
+  EXPECT_EQ(least_hexahedra(mesh, all, 0.26), 1U);  // no point between teeth is farther than half their gap
+  // Two teeth are in the zone: they and the bar, and what is on either side, each of which one box may hold.
+  EXPECT_EQ(least_hexahedra(mesh, std::vector<Bounds>{{{2.9, -1, 0.6}, {4.6, 2, 3}}}, 0.01), 5U);
+  EXPECT_EQ(least_hexahedra(MeshDistance(weld(test::box_mesh({0, 0, 0}, {1, 1, 1}))), all, 1e-9), 1U);
 }
 
 TEST_F(Serves, WhatHasNoAnswerIsRefused) {
