@@ -62,7 +62,8 @@ class BoxEngine {
   virtual std::string remarks_on(std::size_t) const { return {}; }
 };
 
-std::unique_ptr<BoxEngine> make_own(const BoxScene& scene);
+/// @param work DynamicsWorld::Settings::work; 0: as it is.
+std::unique_ptr<BoxEngine> make_own(const BoxScene& scene, double work = 0.0);
 std::unique_ptr<BoxEngine> make_bullet(const BoxScene& scene);  ///< nullptr: not built in
 std::unique_ptr<BoxEngine> make_ode(const BoxScene& scene);
 std::unique_ptr<BoxEngine> make_mujoco(const BoxScene& scene);

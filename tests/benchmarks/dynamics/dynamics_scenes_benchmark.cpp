@@ -4,7 +4,8 @@
 //
 // Each scene whose name has one of the parts (separated by '|'; `=NAME`: is NAME; `drawn:` and `strange:`
 // scenes only where a part is given) with each engine (own,
-// bullet, ode, mujoco; default: all that are built in), each with its own check: processor time of a step
+// bullet, ode, mujoco; default: all that are built in; own@WORK: ours with so much work a step), each with
+// its own check: processor time of a step
 // (median, 99.9 %, most), the most as a multiple of Bullet's median of that scene, the share of the engine's
 // steps that have contact points, the most as a multiple of Bullet's median of its own steps that have some
 // (where a solid that is squeezed has been shot out, the median of all is that of an empty scene), the
@@ -263,20 +264,31 @@ bool has_any(std::string_view text, std::string_view parts) {
 
 bool is_drawn(std::string_view name) { return name.starts_with("drawn:") || name.starts_with("strange:"); }
 
+/// Of the name of an engine; `own@WORK`: ours with so much work a step. @return empty: there is none.
+MakeEngine engine_of(const std::string& name) {
+  constexpr std::string_view kOwnAt = "own@";
+  if (name == "own") return [](const BoxScene& scene) { return make_own(scene); };
+  if (name.starts_with(kOwnAt))
+    return [work = std::atof(&name[kOwnAt.size()])](const BoxScene& scene) { return make_own(scene, work); };
+  if (name == "bullet") return make_bullet;
+  if (name == "ode") return make_ode;
+  return name == "mujoco" ? MakeEngine(make_mujoco) : MakeEngine();
+}
+
 void compare(const BoxScene& scene, std::string_view engines, const Limits& limits) {
-  struct Engine {
-    const char* name;
-    MakeEngine make;
-  };
-  const Engine all[] = {
-      {"own", make_own}, {"bullet", make_bullet}, {"ode", make_ode}, {"mujoco", make_mujoco}};
   std::vector<Row> rows;
   Row bullet;
-  for (const Engine& engine : all) {
-    if (!has(engines, engine.name)) continue;
-    const Row row = measure_apart(scene, engine.name, engine.make, limits);
+  while (!engines.empty()) {
+    const std::string name(engines.substr(0, engines.find(',')));
+    engines.remove_prefix(std::min(name.size() + 1, engines.size()));
+    const MakeEngine make = engine_of(name);
+    if (!make) {
+      std::fprintf(stderr, "dynamics_scenes_benchmark: no engine '%s'\n", name.c_str());
+      std::exit(2);
+    }
+    const Row row = measure_apart(scene, name.c_str(), make, limits);
     if (row.engine[0] == '\0') continue;
-    if (std::string_view(engine.name) == "bullet") bullet = row;
+    if (name == "bullet") bullet = row;
     rows.push_back(row);
   }
   for (const Row& row : rows) print(scene, row, bullet);

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <span>
 
@@ -19,13 +20,17 @@ constexpr std::size_t kFew = 100;
 
 class Own final : public BoxEngine {
  public:
-  explicit Own(const BoxScene& scene) : step_(scene.step) {
+  Own(const BoxScene& scene, double work) : step_(scene.step) {
     register_core(registry_);
     contacts_ = std::make_unique<physics::NarrowphaseContacts>(registry_.make_broadphase("native"),
                                                                registry_.make_narrowphase("native"), kMargin);
     DynamicsWorld::Settings settings;
     settings.gravity_W = {0, 0, -9.81};
     if (scene.sleeps) settings.sleep_time = 0.5;
+    if (work > 0.0) {
+      settings.work = work;
+      std::snprintf(name_, sizeof(name_), "own@%g", work);
+    }
     world_ = std::make_unique<DynamicsWorld>(settings);
     trees_.reserve(scene.boxes.size());
     for (const SceneBox& box : scene.boxes) add(box, scene.friction);
@@ -35,7 +40,7 @@ class Own final : public BoxEngine {
     world_->reserve(room);
     log_.reserve(kMostLogged);
   }
-  const char* name() const override { return "own"; }
+  const char* name() const override { return name_; }
   void step() override {
     for (const Push& push : pushes_)
       world_->push(Mover::of_body(push.body), push.force_W, world_->pose(push.body).p);
@@ -43,6 +48,10 @@ class Own final : public BoxEngine {
     const auto report = world_->step(step_, contacts);
     points_ = contacts.size();
     if (log_.size() < log_.capacity()) log_.push_back({report, static_cast<std::uint32_t>(contacts.size())});
+    if (report.solves > 0) {
+      residuals_ += std::log10(std::max(report.worst_residual, kLeastResidual));
+      ++solving_;
+    }
     solves_ += report.solves;
     unconverged_ += report.unconverged;
     contradictory_ += report.contradictory;
@@ -56,9 +65,13 @@ class Own final : public BoxEngine {
   }
   std::size_t points() const override { return points_; }
   std::string remarks() const override {
+    char residual[32];
+    const double mean = std::pow(10.0, residuals_ / std::max(static_cast<double>(solving_), 1.0));
+    std::snprintf(residual, sizeof(residual), "%.1e", mean);
     return std::to_string(unconverged_) + " of " + std::to_string(solves_) + " solves unconverged, " +
            std::to_string(contradictory_) + " contradictory, work ended in " + std::to_string(spent_) +
            " steps, most Newton steps " + std::to_string(most_newton_steps_) +
+           (solving_ > 0 ? std::string(", worst residual of a step ") + residual + " m/s" : "") +
            (failed_ > 0 ? ", " + std::to_string(failed_) + " steps FAILED" : "");
   }
   std::string remarks_on(std::size_t step) const override {
@@ -103,7 +116,12 @@ class Own final : public BoxEngine {
   };
   static constexpr std::size_t kMostLogged = 1 << 17;
 
+  static constexpr double kLeastResidual = 1e-16;  // [m/s]: of a geometric mean
+
   double step_;
+  char name_[32] = "own";
+  double residuals_ = 0.0;  // of steps with solves: logarithms of the worst
+  std::size_t solving_ = 0;
   std::size_t points_ = 0;
   BackendRegistry registry_;
   std::vector<std::unique_ptr<HexahedronTree>> trees_;
@@ -117,6 +135,8 @@ class Own final : public BoxEngine {
 
 }  // namespace
 
-std::unique_ptr<BoxEngine> make_own(const BoxScene& scene) { return std::make_unique<Own>(scene); }
+std::unique_ptr<BoxEngine> make_own(const BoxScene& scene, double work) {
+  return std::make_unique<Own>(scene, work);
+}
 
 }  // namespace touchstone::benchmarks
