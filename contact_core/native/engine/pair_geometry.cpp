@@ -616,11 +616,10 @@ void compute_block(const SolidSet& set, const Kernels& kernels, const Narrowphas
                   finish);
 }
 
-/// @param only_contacts boxes that are apart get no more than the certificate.
 void find_single_depth(const SolidSet& set, const Kernels& kernels, SolidKind kind, const SolidPair& pair,
-                       std::span<const Pose> poses, bool only_contacts, DepthRecord& out) {
+                       std::span<const Pose> poses, PairNeed need, DepthRecord& out) {
   if (kind != SolidKind::box) return find_pair_depth(set, kernels, pair, poses, out);
-  kernels.compute_box_pair_depth(records_of(poses), set.boxes.data(), {pair.a, pair.b}, only_contacts, &out);
+  kernels.compute_box_pair_depth(records_of(poses), set.boxes.data(), {pair.a, pair.b}, need, &out);
 }
 
 PairStatus compute_single(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
@@ -630,7 +629,10 @@ PairStatus compute_single(const SolidSet& set, const Kernels& kernels, const Nar
   const OrderedPair pair = ordered(set, input.pairs[0], input.poses);
   const SolidKind kind = kind_of(set, pair.pair);
   DepthRecord record;
-  find_single_depth(set, kernels, kind, pair.pair, input.poses, !wants_distance(input.query), record);
+  const PairNeed need = !wants_distance(input.query) ? PairNeed::contacts
+                        : points != nullptr          ? PairNeed::manifold
+                                                     : PairNeed::distance;
+  find_single_depth(set, kernels, kind, pair.pair, input.poses, need, record);
   // Most pairs that are apart end here where contacts alone are asked for.
   if (is_out_of_reach(record, input.query)) {
     write_beyond(geometry);

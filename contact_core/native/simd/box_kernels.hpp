@@ -61,6 +61,16 @@ TOUCHSTONE_INLINE double largest_of(const double (&p)[3]) {
   return xy > z ? xy : z;
 }
 
+/// How the boxes of one pair are turned against each other.
+struct PairTurn {
+  Rows A;
+  Double4 C[3];  ///< column j of R_A^T R_B
+
+  TOUCHSTONE_INLINE PairTurn(const PoseRecord& X_WA, const PoseRecord& X_WB) : A(rows_of(X_WA)) {
+    for (int j = 0; j < 3; ++j) C[j] = times(A, X_WB.R[3 * j], X_WB.R[3 * j + 1], X_WB.R[3 * j + 2]);
+  }
+};
+
 /// The first pass of one pair, as far as the face normals.
 struct CoarsePair {
   double size, position;
@@ -72,7 +82,10 @@ struct CoarsePair {
   bool counts;             ///< magnitudes are ordinary, and numbers
 
   TOUCHSTONE_INLINE CoarsePair(const PoseRecord& X_WA, const BoxRecord& a, const PoseRecord& X_WB,
-                               const BoxRecord& b) {
+                               const BoxRecord& b)
+      : CoarsePair(PairTurn(X_WA, X_WB), X_WA, a, X_WB, b) {}
+  TOUCHSTONE_INLINE CoarsePair(const PairTurn& turn, const PoseRecord& X_WA, const BoxRecord& a,
+                               const PoseRecord& X_WB, const BoxRecord& b) {
     // The margin, from sizes and coordinates.
     const double tx = X_WB.p[0] - X_WA.p[0], ty = X_WB.p[1] - X_WA.p[1], tz = X_WB.p[2] - X_WA.p[2];
     size = (a.reach + b.reach) + ((__builtin_fabs(tx) + __builtin_fabs(ty)) + __builtin_fabs(tz));
@@ -80,11 +93,11 @@ struct CoarsePair {
     margin = all<Double4>(kCoarse * size + kPositionRoundoffs * kU * position);
 
     // B in A's axes.
-    const Rows A = rows_of(X_WA), B = rows_of(X_WB);
+    const Rows &A = turn.A, B = rows_of(X_WB);
     half_a = Double4{a.half_extents[0], a.half_extents[1], a.half_extents[2], 0.0};
     half_b = Double4{b.half_extents[0], b.half_extents[1], b.half_extents[2], 0.0};
     for (int j = 0; j < 3; ++j) {
-      C[j] = times(A, X_WB.R[3 * j], X_WB.R[3 * j + 1], X_WB.R[3 * j + 2]);
+      C[j] = turn.C[j];
       abs_C[j] = magnitude(C[j]);
     }
     T_A = times(A, tx, ty, tz);

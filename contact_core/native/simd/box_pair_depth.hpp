@@ -1,51 +1,11 @@
 #pragma once
 
-#include "touchstone/contact_core/native/simd/depth_kernels.hpp"
+#include "touchstone/contact_core/native/simd/resting_axis.hpp"
 
 // depth_kernels.hpp for a single pair of boxes: lanes are the axes of one box, so that none is idle. Every
 // value results from the same operations in the same order as in a batch, so the bits are the same.
 
 namespace touchstone::native::TOUCHSTONE_ISA {
-
-/// A box's three directions in lanes, the last lane zero.
-TOUCHSTONE_INLINE Vector3Of<Double4> lanes_of(const PoseRecord& X) {
-  const Rows rows = rows_of(X);
-  return {rows.x, rows.y, rows.z};
-}
-
-TOUCHSTONE_INLINE Vector3Of<Double4> in_all_lanes(const double* p) {
-  return {all<Double4>(p[0]), all<Double4>(p[1]), all<Double4>(p[2])};
-}
-
-TOUCHSTONE_INLINE Vector3Of<Double4> normals_of(const Vector3Of<Double4>& d) {
-  return cross(Vector3Of<Double4>{next(d.x), next(d.y), next(d.z)},
-               Vector3Of<Double4>{after_next(d.x), after_next(d.y), after_next(d.z)});
-}
-
-/// Both boxes. By axis in lanes: directions and normals; in all lanes: one coordinate, or one half-extent.
-struct BoxPair {
-  Vector3Of<Double4> direction[2], normal[2];
-  Vector3Of<Double4> each[2][3];  // a direction in all lanes
-  Double4 extents[2], half[2][3];
-  Double4 volume[2];  // in all lanes
-  Vector3Of<Double4> T;
-
-  TOUCHSTONE_INLINE BoxPair(const PoseRecord* const (&X)[2], const BoxRecord* const (&box)[2]) {
-    for (int s = 0; s < 2; ++s) {
-      direction[s] = lanes_of(*X[s]);
-      normal[s] = normals_of(direction[s]);
-      volume[s] = all<Double4>(magnitude(dot(normal[s], direction[s]))[0]);
-      const double* const h = box[s]->half_extents;
-      extents[s] = Double4{h[0], h[1], h[2], 0.0};
-      for (int i = 0; i < 3; ++i) each[s][i] = in_all_lanes(X[s]->R + 3 * i), half[s][i] = all<Double4>(h[i]);
-    }
-    T = in_all_lanes(X[1]->p) - in_all_lanes(X[0]->p);
-  }
-};
-
-/// Lanes of the three axes of a face or an edge; the last stands for none.
-constexpr Mask4 kLaneNumbers = {0, 1, 2, 3};
-constexpr double kInfinite = __builtin_inf();
 
 /// The result of search_pair_axes(): by code 3 k + lane, and over all. Where that stops apart, `code` is 0,
 /// and where a face separates, the edges' entries are unset.
@@ -66,9 +26,7 @@ struct PairSearch {
   /// them that were the best so far would be replaced with that face, and be better than none after it.
   /// @param face_square the signed square of the faces' least overlap
   TOUCHSTONE_INLINE void choose(double face_square) {
-    // Faces' normals are of length 1 to 2^-18; no product of such quotients underflows.
-    constexpr double kSurely = 0x1p-15, kTiny = 0x1p-900;
-    const Double4 limit = all<Double4>(face_square + (__builtin_fabs(face_square) * kSurely + kTiny));
+    const Double4 limit = all<Double4>(near_limit(face_square));
     unsigned near = 0;
     for (int k = 0; k < kRows; ++k)
       near |= (bits(overlap[k] * magnitude(overlap[k]) <= limit * length2[k]) & 7u) << 4 * k;
@@ -130,11 +88,6 @@ TOUCHSTONE_INLINE Double4 refine_pair_axes(const BoxPair& boxes, const double* R
   return slack;
 }
 
-TOUCHSTONE_INLINE double least_of_three(Double4 p) {
-  const double least_01 = p[0] < p[1] ? p[0] : p[1];
-  return least_01 < p[2] ? least_01 : p[2];
-}
-
 /// @param unit_size kU * size @param stop_apart whether the search may end with the faces where one separates
 TOUCHSTONE_INLINE void search_pair_axes(const BoxPair& boxes, const double* R_WB, double unit_size,
                                         double margin_of, bool stop_apart, PairSearch& search) {
@@ -188,26 +141,6 @@ TOUCHSTONE_INLINE void search_pair_axes(const BoxPair& boxes, const double* R_WB
     least_slack = least(least_slack, refine_pair_axes(boxes, R_WB, which, tie, margin, search));
   search.least_slack = least_of_three(least_slack);
   if (!(stop_apart && search.least_slack < -margin_of)) search.choose(face * __builtin_fabs(face));
-}
-
-/// A vector's three coordinates in lanes.
-TOUCHSTONE_INLINE Double4 in_lanes(const double* p) { return Double4{p[0], p[1], p[2], 0.0}; }
-/// Axis k of a pose.
-TOUCHSTONE_INLINE Double4 in_lanes(const PoseRecord& X, int k) {
-  return three_of(load<Double4>((const double*)&X + 3 * k));
-}
-TOUCHSTONE_INLINE Double4 in_lanes(const Vector3Of<Double4>& p, int lane) {
-  return Double4{p.x[lane], p.y[lane], p.z[lane], 0.0};
-}
-TOUCHSTONE_INLINE double dot_lanes(Double4 p, Double4 q) {
-  const Double4 product = p * q;
-  return (product[0] + product[1]) + product[2];
-}
-TOUCHSTONE_INLINE Double4 cross_lanes(Double4 p, Double4 q) {
-  return next(p) * after_next(q) - after_next(p) * next(q);
-}
-TOUCHSTONE_INLINE Vector3Of<Double4> spread(Double4 p) {
-  return {all<Double4>(p[0]), all<Double4>(p[1]), all<Double4>(p[2])};
 }
 
 /// Of depth_along() one axis.
@@ -379,22 +312,52 @@ TOUCHSTONE_INLINE void write_depth(const PairDepth& depth, DepthRecord* out) {
   out->known = depth_known(true, depth.has_witness);
 }
 
+/// Boxes that rest on each other, face on face (resting_axis.hpp). False where that does not tell.
+[[gnu::noinline]] inline bool compute_resting_depth(const PoseRecord& X_WA, const BoxRecord& a,
+                                                    const PoseRecord& X_WB, const BoxRecord& b,
+                                                    DepthRecord* out) {
+  const PoseRecord* const X[2] = {&X_WA, &X_WB};
+  const BoxRecord* const box[2] = {&a, &b};
+  const BoxPair boxes(X, box);
+  const PairFaceAxes faces(boxes);
+  const double size = (a.reach + b.reach) + sum(boxes.T)[0];
+  const double position = largest_of(X_WA.p) + largest_of(X_WB.p);
+  const double unit_size = kU * size, unit_position = kU * position;
+  const int code =
+      find_resting_axis({boxes, faces, least_of_three(least(faces.slack[0], faces.slack[1])), size,
+                         kParallelepipedRoundoffs * unit_size + kPositionRoundoffs * unit_position});
+  if (code < 0 || !(size + position < kOrdinaryHigh)) return false;
+  out->certified = Certified::overlapping;
+  out->axis = static_cast<std::uint8_t>(code);
+  const double tolerance = kWitnessRoundoffs * (unit_size + unit_position);
+  write_depth(code < 6 ? depth_along_face(X, boxes, code, kLevelRoundoffs * unit_size, tolerance)
+                       : depth_along_edges(X, boxes, box, edge_of(code), tolerance),
+              out);
+  return true;
+}
+
 TOUCHSTONE_INLINE void compute_box_pair_depth_inline(const PoseRecord& X_WA, const BoxRecord& a,
                                                      const PoseRecord& X_WB, const BoxRecord& b,
-                                                     bool only_contacts, DepthRecord* out) {
-  out->known = DepthKnown::nothing;
-  out->certified = Certified::separated;
-  // Most pairs that are apart are so along a face's normal, which a third of the work tells. Where distances
-  // are asked for, that work would come on top for flush pairs, which the search decides.
+                                                     PairNeed need, DepthRecord* out) {
   int code = -1;
-  if (only_contacts) {
-    const CoarsePair coarse(X_WA, a, X_WB, b);
-    if (coarse.separates()) return;
-    const SureAxis sure(coarse, b);
-    if (sure.is_apart) return;
-    code = sure.code;
+  if (need != PairNeed::distance) {
+    // Most boxes in contact rest on each other.
+    const PairTurn turn(X_WA, X_WB);
+    if (are_flat(turn) && compute_resting_depth(X_WA, a, X_WB, b, out)) return;
+    // Most pairs that are apart are so along a face's normal, which a third of the work tells. Where
+    // distances are asked for, that work would come on top for flush pairs, which the search decides.
+    if (need == PairNeed::contacts) {
+      out->known = DepthKnown::nothing;
+      out->certified = Certified::separated;
+      const CoarsePair coarse(turn, X_WA, a, X_WB, b);
+      if (coarse.separates()) return;
+      const SureAxis sure(coarse, b);
+      if (sure.is_apart) return;
+      code = sure.code;
+    }
   }
 
+  out->known = DepthKnown::nothing;
   const PoseRecord* const X[2] = {&X_WA, &X_WB};
   const BoxRecord* const box[2] = {&a, &b};
   const BoxPair boxes(X, box);
@@ -409,7 +372,7 @@ TOUCHSTONE_INLINE void compute_box_pair_depth_inline(const PoseRecord& X_WA, con
     // The search tells.
     const double margin = kParallelepipedRoundoffs * unit_size + kPositionRoundoffs * unit_position;
     PairSearch search;
-    search_pair_axes(boxes, X_WB.R, unit_size, margin, only_contacts, search);
+    search_pair_axes(boxes, X_WB.R, unit_size, margin, need == PairNeed::contacts, search);
     const bool ordinary = size + position < kOrdinaryHigh;
     const double turn = (search.turn[0] + search.turn[1]) + search.turn[2];
     const bool separated = search.least_slack < -margin && ordinary;

@@ -84,18 +84,17 @@ struct Table {
   static void compute_box_depths(const PoseRecord* poses, const BoxRecord* shapes, const PairIndices* pairs,
                                  std::size_t count, DepthRecord* out) {
     if (count == 1)
-      compute_box_pair_depth(poses, shapes, *pairs, false, out);
+      compute_box_pair_depth(poses, shapes, *pairs, PairNeed::distance, out);
     else
       compute_depths_inline<Pack, BoxSolid>(poses, shapes, pairs, count, out);
   }
 
   static void compute_box_pair_depth(const PoseRecord* poses, const BoxRecord* shapes, PairIndices pair,
-                                     bool only_contacts, DepthRecord* out) {
+                                     PairNeed need, DepthRecord* out) {
     if constexpr (kHasFour)
-      compute_box_pair_depth_inline(poses[pair.a], shapes[pair.a], poses[pair.b], shapes[pair.b],
-                                    only_contacts, out);
+      compute_box_pair_depth_inline(poses[pair.a], shapes[pair.a], poses[pair.b], shapes[pair.b], need, out);
     else
-      compute_depths_inline<Pack, BoxSolid>(poses, shapes, &pair, 1, out, only_contacts);
+      compute_depths_inline<Pack, BoxSolid>(poses, shapes, &pair, 1, out, need == PairNeed::contacts);
   }
 
   static void compute_parallelepiped_depths(const PoseRecord* poses, const ParallelepipedEdges* shapes,

@@ -98,6 +98,13 @@ struct HullView {
   const double* R;         ///< R_WS by columns
 };
 
+/// What a single pair of boxes is asked for.
+enum class PairNeed : std::uint8_t {
+  distance,
+  manifold,  ///< and the distance of pairs apart: most asked are in contact
+  contacts,  ///< of pairs that are certified as separated nothing else is set
+};
+
 /// How much of a DepthRecord holds.
 enum class DepthKnown : std::uint8_t {
   nothing,
@@ -286,10 +293,9 @@ struct Kernels {
                              std::size_t count, DepthRecord* out);
   void (*compute_parallelepiped_depths)(const PoseRecord* poses, const ParallelepipedEdges* shapes,
                                         const PairIndices* pairs, std::size_t count, DepthRecord* out);
-  /// One pair, as the first. @param only_contacts of pairs that are certified as separated nothing else is
-  /// set.
+  /// One pair, as the first.
   void (*compute_box_pair_depth)(const PoseRecord* poses, const BoxRecord* shapes, PairIndices pair,
-                                 bool only_contacts, DepthRecord* out);
+                                 PairNeed need, DepthRecord* out);
   /// The same of two solids of any kind; p_A about the common origin. @param extent see HullPair. @param
   /// position at least every |world coordinate|. Certifies separated pairs too, without measuring them.
   void (*compute_hull_depth)(const HullView& a, const HullView& b, double extent, double position,

@@ -137,6 +137,45 @@ double size_of(const Hexahedron& a, const Pose& X_WA, const Hexahedron& b, const
   return a.half_extents().sum() + b.half_extents().sum() + (X_WB.p - X_WA.p).cwiseAbs().sum();
 }
 
+/// Boxes face on face, turned and leaning by any angle, at any depth, edges that may lie over each other;
+/// poses of which some are as far off orthonormal as they may be.
+PosedSolids resting_boxes(std::uint64_t seed, int count) {
+  Random random(seed);
+  PosedSolids out;
+  const auto small = [&random] {
+    return random.below(4) == 0 ? 0.0 : std::ldexp(1.0, -4 - random.below(50));
+  };
+  const auto quarter_about = [](int k, Pose X) {
+    const Matrix3 R = X.R;
+    X.R.col((k + 1) % 3) = R.col((k + 2) % 3), X.R.col((k + 2) % 3) = -R.col((k + 1) % 3);
+    return X;
+  };
+  for (int i = 0; i < count; ++i) {
+    const Hexahedron a = random.below(8) == 0 ? random.slab_or_needle() : random.box();
+    const Hexahedron b = random.below(4) == 0 ? a : random.box();
+    const Pose X_WA =
+        random.below(4) == 0 ? at(0.25, -0.5, 0.125) : random.pose(random.below(8) == 0 ? 1e3 : 0.3);
+    // A quarter turn or any about z, then one that lays another face down, then it leans.
+    const Vector3 lean = small() * random.vector(1.0);
+    const double about_z = random.below(2) == 0 ? small() : 1.5 * random.vector(1.0).x();
+    Pose X_AB;
+    X_AB.R = rotation_from_quaternion(1.0, lean.x(), lean.y(), about_z);
+    for (int k = 0; k < 3; ++k)
+      for (int turns = random.below(4); turns > 0; --turns) X_AB = quarter_about(k, X_AB);
+    int down = 0;
+    X_AB.R.row(2).cwiseAbs().maxCoeff(&down);
+    const double depth = small(), height = a.half_extents().z() + b.half_extents()[down] - depth;
+    Vector3 aside = random.below(2) == 0 ? Vector3(small(), -small(), 0.0) : random.vector(0.5);
+    // Some overlap by as much beside these faces, or by little more.
+    const double beside = a.half_extents().x() + X_AB.R.row(0).cwiseAbs().dot(b.half_extents());
+    if (random.below(4) == 0) aside.x() = beside - depth * (1.0 + small());
+    X_AB.p = {aside.x(), aside.y(), random.below(2) ? height : -height};
+    out.add(a, X_WA, b, compose(X_WA, X_AB));
+    if (random.below(8) == 0) out.poses.back().R *= 1.0 + 0.45e-6;
+  }
+  return out;
+}
+
 /// Boxes that overlap along two axes by the same to 2^-24 to 2^-9 of their size, or to rounding, more
 /// along all others; rotations are off orthonormal by all but what poses may be.
 PosedSolids tied_boxes(std::uint64_t seed, int count) {
@@ -444,7 +483,8 @@ TEST(NativeDepthKernels, EveryInstructionSetGivesTheGenericBits) {
       expect_same_bits(box_records[i], other_boxes[i]);
       expect_same_bits(box_records[i], depth.boxes(kernels, {&boxes[i], 1})[0]);
       DepthRecord of_contact;
-      kernels.compute_box_pair_depth(depth.poses(), depth.data.boxes.data(), boxes[i], true, &of_contact);
+      kernels.compute_box_pair_depth(depth.poses(), depth.data.boxes.data(), boxes[i],
+                                     native::PairNeed::contacts, &of_contact);
       ASSERT_EQ(of_contact.certified, box_records[i].certified);
       if (of_contact.certified != native::Certified::separated) expect_same_bits(box_records[i], of_contact);
     }
@@ -461,6 +501,39 @@ TEST(NativeDepthKernels, EveryInstructionSetGivesTheGenericBits) {
   }
 }
 
+/// Of boxes that rest six axes of fifteen tell: one by one and in lanes they have the same bits.
+TEST(NativeDepthKernels, BoxesThatRestHaveTheBitsOfTheSearch) {
+  namespace simd = native::baseline;
+  int told = 0, of_edges = 0, met = 0;
+  for (const std::uint64_t seed : {11, 12, 13}) {
+    const PosedSolids set = resting_boxes(seed, 8000);
+    const DepthOf depth{set};
+    const auto boxes = pairs_of_kind(depth.data, set, native::SolidKind::box);
+    const auto in_lanes = depth.boxes(native::kernels(), boxes);
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+      for (const auto need : {native::PairNeed::manifold, native::PairNeed::contacts}) {
+        DepthRecord alone;
+        native::kernels().compute_box_pair_depth(depth.poses(), depth.data.boxes.data(), boxes[i], need,
+                                                 &alone);
+        ASSERT_EQ(alone.certified, in_lanes[i].certified);
+        if (alone.certified != native::Certified::separated) expect_same_bits(in_lanes[i], alone);
+        if (testing::Test::HasFailure()) FAIL() << "seed " << seed << ", pair " << i;
+      }
+      // How many six axes tell.
+      if (in_lanes[i].certified != native::Certified::overlapping) continue;
+      DepthRecord of_six;
+      const bool tells =
+          simd::compute_resting_depth(depth.poses()[boxes[i].a], depth.data.boxes[boxes[i].a],
+                                      depth.poses()[boxes[i].b], depth.data.boxes[boxes[i].b], &of_six);
+      ++met, told += tells ? 1 : 0, of_edges += tells && of_six.axis >= 6 ? 1 : 0;
+      if (tells) expect_same_bits(in_lanes[i], of_six);
+    }
+  }
+  EXPECT_GT(told, met / 3);
+  EXPECT_GT(of_edges, told / 20);
+  RecordProperty("met", met), RecordProperty("told", told), RecordProperty("of_edges", of_edges);
+}
+
 /// What a lone contact takes from its first pass, in place of the search.
 TEST(NativeDepthKernels, TheFirstPassTellsTheAxisOfMostLoneContacts) {
   namespace simd = native::baseline;
@@ -471,7 +544,8 @@ TEST(NativeDepthKernels, TheFirstPassTellsTheAxisOfMostLoneContacts) {
   int met = 0, sure_of_axis = 0, apart = 0, sure_of_gap = 0;
   for (const native::PairIndices& pair : pairs_of_kind(depth.data, set, native::SolidKind::box)) {
     DepthRecord found;
-    native::kernels().compute_box_pair_depth(depth.poses(), depth.data.boxes.data(), pair, false, &found);
+    native::kernels().compute_box_pair_depth(depth.poses(), depth.data.boxes.data(), pair,
+                                             native::PairNeed::distance, &found);
     const native::BoxRecord &a = depth.data.boxes[pair.a], &b = depth.data.boxes[pair.b];
     const simd::CoarsePair coarse(depth.poses()[pair.a], a, depth.poses()[pair.b], b);
     const simd::SureAxis sure(coarse, b);
