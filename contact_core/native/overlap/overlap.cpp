@@ -105,10 +105,13 @@ WorldVertices local_vertices(const BoxRecord& box) {
   return {{-x, -x, -x, -x, x, x, x, x}, {-y, -y, y, y, -y, -y, y, y}, {-z, z, -z, z, -z, z, -z, z}};
 }
 
-/// The axis of A whose face and one of B lie in one plane, but for rounding; none where there are more, nor
-/// across an axis of the world, where the kernel compares coordinates.
-std::optional<int> find_flush_axis(const BoxRecord& a, const Pose& X_WA, const BoxRecord& b,
-                                   const Pose& X_WB) {
+/// The axes of A whose faces lie in one plane with one of B's, but for rounding: the first, and how many.
+/// None where one is an axis of the world, along which the kernel compares coordinates.
+struct FlushAxes {
+  int first = 0, count = 0;
+};
+
+FlushAxes find_flush_axes(const BoxRecord& a, const Pose& X_WA, const BoxRecord& b, const Pose& X_WB) {
   const Vector3 T = X_WB.p - X_WA.p;
   const double size = (a.reach + b.reach) + norm_1(T);
   const double tolerance = kFlushShare * size + 8 * kRoundoff * (norm_inf(X_WA.p) + norm_inf(X_WB.p));
@@ -116,35 +119,27 @@ std::optional<int> find_flush_axis(const BoxRecord& a, const Pose& X_WA, const B
     return std::abs(dot(n, X_WB.R.col((j + 1) % 3))) + std::abs(dot(n, X_WB.R.col((j + 2) % 3))) <=
            kFlushShare;
   };
-  std::optional<int> found;
+  FlushAxes found;
   for (int i = 0; i < 3; ++i) {
     const Vector3 n = X_WA.R.col(i);
     const double beyond_a = std::abs(dot(n, T)) - a.half_extents[i];
     for (int j = 0; j < 3; ++j) {
       if (!(std::abs(beyond_a - b.half_extents[j]) <= tolerance && are_parallel(n, j))) continue;
-      if (found || norm_inf(n) == 1.0) return std::nullopt;
-      found = i;
+      if (norm_inf(n) == 1.0) return {};
+      if (found.count++ == 0) found.first = i;
     }
   }
   return found;
 }
 
-/// Boxes that touch face to face: at once by their heights over the plane of A's face.
-/// @pre ordinary magnitudes, finite poses.
-Certified certify_flush_boxes(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
-                              std::span<const Pose> poses) {
-  const BoxRecord &a = set.boxes[pair.a], &b = set.boxes[pair.b];
-  const Pose &X_WA = poses[pair.a], &X_WB = poses[pair.b];
-  const std::optional<int> axis = find_flush_axis(a, X_WA, b, X_WB);
-  if (!axis) return Certified::unknown;
+/// Boxes that touch face to face, by their heights over the plane of A's face along n, from A to B.
+Certified certify_flush_boxes(const Kernels& kernels, const BoxRecord& a, const Pose& X_WA,
+                              const BoxRecord& b, const Pose& X_WB, int axis, const Vector3& n) {
   WorldVertices a_W, b_W;
   native::world_vertices(local_vertices(a), X_WA, a_W);
   native::world_vertices(local_vertices(b), X_WB, b_W);
-  const Vector3 n = X_WA.R.col(*axis);
-  const bool is_forward = dot(n, X_WB.p - X_WA.p) >= 0.0;
-  return certify_flush(kernels, a_W, b_W, is_forward ? n : Vector3(-n),
-                       a_W.vertex(is_forward ? 4 >> *axis : 0))
-      .certified;
+  const bool is_forward = dot(n, X_WA.R.col(axis)) > 0.0;
+  return certify_flush(kernels, a_W, b_W, n, a_W.vertex(is_forward ? 4 >> axis : 0)).certified;
 }
 
 /// Whether comparing coordinates may decide the pair. Boxes of which no face looks along an axis of the world
@@ -351,13 +346,24 @@ Certified ask_touching_kernel(const SolidSet& set, const Kernels& kernels, const
   return certified;
 }
 
-/// As certify_touching_pair(), which distances ask, with faces that lie flush between the two.
+/// As certify_touching_pair(), which distances ask, with faces that lie flush before the kernel: it decides
+/// where they do along several axes. @param depth gets the axis of such a face
 Certified certify_touching_boxes(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
-                                 std::span<const Pose> poses) {
-  if (!is_ordinary(set, pair.a, poses[pair.a], pair.b, poses[pair.b])) return Certified::unknown;
-  Certified certified = certify_aligned_pair(set, pair, poses);
-  if (certified == Certified::unknown) certified = certify_flush_boxes(set, kernels, pair, poses);
-  return certified != Certified::unknown ? certified : ask_touching_kernel(set, kernels, pair, poses);
+                                 std::span<const Pose> poses, DepthRecord& depth) {
+  const Pose &X_WA = poses[pair.a], &X_WB = poses[pair.b];
+  if (!is_ordinary(set, pair.a, X_WA, pair.b, X_WB)) return Certified::unknown;
+  const Certified certified = certify_aligned_pair(set, pair, poses);
+  if (certified != Certified::unknown) return certified;
+
+  const BoxRecord &a = set.boxes[pair.a], &b = set.boxes[pair.b];
+  const FlushAxes axes = find_flush_axes(a, X_WA, b, X_WB);
+  if (axes.count == 0) return ask_touching_kernel(set, kernels, pair, poses);
+  const Vector3 axis = X_WA.R.col(axes.first);
+  const Vector3 n = dot(axis, X_WB.p - X_WA.p) >= 0.0 ? axis : Vector3(-axis);
+  for (int k = 0; k < 3; ++k) depth.n[k] = n(k);
+  depth.known = DepthKnown::axis;
+  return axes.count == 1 ? certify_flush_boxes(kernels, a, X_WA, b, X_WB, axes.first, n)
+                         : ask_touching_kernel(set, kernels, pair, poses);
 }
 
 /// One pair by its kind's filters, the quickest first; see settle_boxes(). @param depth set where unknown.
@@ -375,8 +381,9 @@ Certified certify_one(const SolidSet& set, const Kernels& kernels, const SolidPa
       is_ordinary(set, pair.a, poses[pair.a], pair.b, poses[pair.b]))
     certified = certify_kinds(set, pair, poses);
   if (certified != Certified::unknown) return certified;
-  if (kind == SolidKind::box) certified = certify_touching_boxes(set, kernels, pair, poses);
-  if (certified != Certified::unknown) return certified;
+  if (kind == SolidKind::box) certified = certify_touching_boxes(set, kernels, pair, poses, depth);
+  // Along a flush face's axis the hulls decide.
+  if (certified != Certified::unknown || depth.known == DepthKnown::axis) return certified;
   certified = certify_by_coordinates(set, pair, poses);
   if (certified != Certified::unknown) return certified;
   const PairIndices indices{pair.a, pair.b};
