@@ -43,12 +43,10 @@ TOUCHSTONE_INLINE void transpose_three(const Double4 (&in)[3], Double4 (&out)[3]
 /// With the last lane zero.
 TOUCHSTONE_INLINE Double4 three_of(Double4 p) { return __builtin_shufflevector(p, Double4{}, 0, 1, 2, 7); }
 
+/// Coordinate by coordinate: whole vectors of a pose that was just written would wait for its stores.
 TOUCHSTONE_INLINE Rows rows_of(const PoseRecord& X) {
-  const auto* const R = (const double*)&X;
-  const Double4 columns[3] = {load<Double4>(R), load<Double4>(R + 3), three_of(load<Double4>(R + 6))};
-  Double4 rows[3];
-  transpose_three(columns, rows);
-  return {rows[0], rows[1], rows[2]};
+  const double* const R = X.R;
+  return {Double4{R[0], R[3], R[6], 0.0}, Double4{R[1], R[4], R[7], 0.0}, Double4{R[2], R[5], R[8], 0.0}};
 }
 
 TOUCHSTONE_INLINE Double4 times(const Rows& R, double x, double y, double z) {

@@ -19,15 +19,15 @@
 // its distance from the origin is m - 3 e' size at least, and P holds it at a height of e' size at most over
 // the origin, for D is above 0, and as much below. So along the five axes h >= (1 - 2 e'^2) (m - 3 e' size) -
 // 2 e' size >= m - 6 e' size - 2^-8 m for e' <= 2^-5. Where m >= (1 + 2^-6) D + (16 e + 2^-12) size that is D
-// and 2^-13 size more: what rounding (16 u size / 2^-4) and the handicap of edges change is far less, and
-// their slacks are beyond the search's margins too.
+// and 2^-13 size more: what rounding and the handicap of edges change is far less. Their slacks are above D,
+// too, for |L| is 1 to 2^-12, but across A_z and B_w, whose slack is divided by it.
 
 namespace touchstone::native::TOUCHSTONE_ISA {
 
 /// Faces' normals as axes of a pair: A's in the lanes of [0], B's of [1].
 struct PairFaceAxes {
   Double4 along[2][3];  ///< of the other's direction k
-  Double4 T[2], slack[2];
+  Double4 slack[2];
 
   TOUCHSTONE_INLINE explicit PairFaceAxes(const BoxPair& boxes) {
     for (int s = 0; s < 2; ++s) {
@@ -60,8 +60,7 @@ struct RestingFaces {
     const Double4(&of_a)[3] = pair.faces.along[0], (&of_b)[3] = pair.faces.along[1];
     const Double4 z_on_j = __builtin_shufflevector(of_a[j1], of_a[j2], z, 4 + z, z, 4 + z);
     if (!others_lose(pair, z_on_j)) return -1;
-    // The four axes across edges as search_pair_axes() has them, lanes (i1, j1), (i1, j2), (i2, j1), (i2,
-    // j2).
+    // Across edges, as search_pair_axes() does: lanes (i1, j1), (i1, j2), (i2, j1), (i2, j2).
     const BoxPair& boxes = pair.boxes;
     const auto by_i = [](Double4 p, Double4 q) { return __builtin_shufflevector(p, q, 0, 1, 6, 7); };
     const auto by_j = [](Double4 p, Double4 q) { return __builtin_shufflevector(p, q, 0, 5, 2, 7); };
