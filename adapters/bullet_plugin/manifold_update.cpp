@@ -205,14 +205,15 @@ class Supported {
  public:
   Supported(const ObjectPair& objects, std::span<const FoundPoint> found,
             const btPersistentManifold& manifold, const ManifoldFeatures& before, bool by_middle)
-      : count_(found.size()), has_middle_(by_middle && found.size() == MANIFOLD_CACHE_SIZE) {
-    std::copy(found.begin(), found.end(), points_.begin());
+      : found_(found), has_middle_(by_middle && found.size() == MANIFOLD_CACHE_SIZE) {
+    // Without a middle they stay where they are: a copy of what was just written would wait for it.
     if (!has_middle_) return;
+    std::copy(found.begin(), found.end(), points_.begin());
     // Separation is linear over plane faces.
     FoundPoint middle = points_[0];
     middle.point_on_B = btVector3(0, 0, 0), middle.distance = 0, middle.feature_id = kMiddle;
     const Weights weights = weights_of_middle(objects, manifold, before);
-    for (std::size_t i = 0; i < count_; ++i) {
+    for (std::size_t i = 0; i < points_.size(); ++i) {
       middle.point_on_B += weights[i] * points_[i].point_on_B;
       middle.distance += weights[i] * points_[i].distance;
     }
@@ -222,7 +223,9 @@ class Supported {
     keep_normal(objects, manifold, before);
   }
 
-  std::span<const FoundPoint> points() const { return {points_.data(), count_}; }
+  std::span<const FoundPoint> points() const {
+    return has_middle_ ? std::span<const FoundPoint>(points_) : found_;
+  }
   bool has_middle() const { return has_middle_; }
 
  private:
@@ -276,9 +279,9 @@ class Supported {
     return weights_at(objects.b.getCollisionObject()->getWorldTransform() * p_B, points_).value_or(kEqual);
   }
 
-  Corners points_;
-  std::size_t count_;
+  std::span<const FoundPoint> found_;
   bool has_middle_;
+  Corners points_;  ///< with a middle
 };
 
 /// Which of `found` comes into which slot. The engine's solver takes the points in this order, and what its
