@@ -16,13 +16,6 @@ std::uint64_t fmix64(std::uint64_t key) {
   return key ^ (key >> 33);
 }
 
-bool same_bits(const std::array<double, 3>& p, const std::array<double, 3>& q) {
-  const auto differ = [&](int k) {
-    return std::bit_cast<std::uint64_t>(p[k]) ^ std::bit_cast<std::uint64_t>(q[k]);
-  };
-  return (differ(0) | differ(1) | differ(2)) == 0;
-}
-
 }  // namespace
 
 std::size_t SolidMemory::Hash::operator()(const SolidContent& content) const {
@@ -49,23 +42,7 @@ SolidMemory::~SolidMemory() {
   while (!places_.empty()) forget_oldest();
 }
 
-/// From one corner's coordinates: no more than a guess.
-std::size_t SolidMemory::recent_place(const std::array<double, 3>& corner) {
-  std::uint64_t hash = 0;
-  for (const double coordinate : corner)
-    hash = (hash ^ std::bit_cast<std::uint64_t>(coordinate)) * 0x9e3779b97f4a7c15u;
-  return hash >> 58;  // round numbers differ in their highest bits only
-}
-
-std::optional<SolidHandle> SolidMemory::use(Places::value_type& known) {
-  if (order_.front() != &known.first) order_.splice(order_.begin(), order_, known.second.in_order);
-  return known.second.solid;
-}
-
-std::optional<SolidHandle> SolidMemory::find_box(const Sides& sides) {
-  Places::value_type* const recent = recent_[recent_place(sides)];
-  if (recent != nullptr && recent->first.is_box && same_bits(recent->first.points[0], sides))
-    return use(*recent);
+std::optional<SolidHandle> SolidMemory::find_other_box(const Sides& sides) {
   SolidContent content;
   content.is_box = true;
   content.points[0] = sides;

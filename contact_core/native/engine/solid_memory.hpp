@@ -1,6 +1,8 @@
 #pragma once
 
 #include <array>
+#include <bit>
+#include <cstdint>
 #include <list>
 #include <memory>
 #include <optional>
@@ -27,7 +29,12 @@ class SolidMemory {
   /// Held until kPlaces other contents have been asked for. Empty for a content that is no hexahedron.
   std::optional<SolidHandle> find(const SolidContent& content);
   /// As find() of a box of these sides.
-  std::optional<SolidHandle> find_box(const Sides& sides);
+  std::optional<SolidHandle> find_box(const Sides& sides) {
+    Places::value_type* const recent = recent_[recent_place(sides)];
+    if (recent == nullptr || !recent->first.is_box || !same_bits(recent->first.points[0], sides))
+      return find_other_box(sides);
+    return use(*recent);
+  }
   /// As find() of these vertices.
   std::optional<SolidHandle> find_hull(const Corners& corners);
 
@@ -47,8 +54,23 @@ class SolidMemory {
   };
 
   static constexpr std::size_t kRecent = 64;  ///< six bits of a hash
-  static std::size_t recent_place(const std::array<double, 3>& corner);
-  std::optional<SolidHandle> use(Places::value_type& known);
+  /// From one corner's coordinates: no more than a guess. Round numbers differ in their highest bits only.
+  static std::size_t recent_place(const std::array<double, 3>& corner) {
+    const auto bits = [&](int k) { return std::bit_cast<std::uint64_t>(corner[k]); };
+    return (bits(0) * 0x9e3779b97f4a7c15u + bits(1) * 0xc2b2ae3d27d4eb4fu + bits(2) * 0xff51afd7ed558ccdu) >>
+           58;
+  }
+  static bool same_bits(const std::array<double, 3>& p, const std::array<double, 3>& q) {
+    const auto differ = [&](int k) {
+      return std::bit_cast<std::uint64_t>(p[k]) ^ std::bit_cast<std::uint64_t>(q[k]);
+    };
+    return (differ(0) | differ(1) | differ(2)) == 0;
+  }
+  std::optional<SolidHandle> use(Places::value_type& known) {
+    if (order_.front() != &known.first) order_.splice(order_.begin(), order_, known.second.in_order);
+    return known.second.solid;
+  }
+  std::optional<SolidHandle> find_other_box(const Sides& sides);
   void forget_oldest();
 
   std::shared_ptr<SolidStore> store_;
