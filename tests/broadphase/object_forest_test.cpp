@@ -21,7 +21,8 @@ using namespace broadphase_tests;
 /// Single boxes in bounds and forest, every fifth of them static.
 class Wood {
  public:
-  explicit Wood(std::uint32_t objects, std::uint64_t seed) : random_(seed) {
+  explicit Wood(std::uint32_t objects, std::uint64_t seed, double extent = 30.0)
+      : extent_(extent), random_(seed) {
     for (std::uint32_t object = 0; object < objects; ++object) add_to_scene();
     const std::vector<const HexahedronTree*> trees = scene_.tree_pointers();
     for (std::uint32_t object = 0; object < objects; ++object) is_static_.push_back(object % 5 == 0);
@@ -55,7 +56,7 @@ class Wood {
     forest_->erase(object, was_static);
   }
   void move(std::uint32_t object) {
-    scene_.place(object, random_pose(random_, kExtent));
+    scene_.place(object, random_pose(random_, extent_));
     moved_.push_back(object);
   }
   void update() {
@@ -80,15 +81,34 @@ class Wood {
     ASSERT_EQ(found, wanted) << object;
   }
 
+  /// Asked about together, objects have the partners that they have one by one. Returns how many.
+  std::size_t expect_pairs_of(std::span<const std::uint32_t> objects) const {
+    std::vector<SolidPair> together, one_by_one;
+    forest_->for_each_pair_of(objects, [&](std::uint32_t object, std::uint32_t other) {
+      together.push_back({object, other});
+      return true;
+    });
+    for (const std::uint32_t object : objects)
+      forest_->for_each_partner(object, 0, [&](std::uint32_t other) {
+        one_by_one.push_back({object, other});
+        return true;
+      });
+    std::sort(together.begin(), together.end());
+    std::sort(one_by_one.begin(), one_by_one.end());
+    EXPECT_EQ(together, one_by_one);
+    return together.size();
+  }
+
  private:
-  static constexpr double kExtent = 30.0, kMargin = 0.5;
+  static constexpr double kMargin = 0.5;
 
   /// One solid each, so that spheres alone decide which objects pair.
   void add_to_scene() {
     const Vector3 size = Vector3::Constant(1.5) + random_vector(random_, 1.4);
-    scene_.add({{"", Hexahedron::from_size(size), {}}}, random_pose(random_, kExtent));
+    scene_.add({{"", Hexahedron::from_size(size), {}}}, random_pose(random_, extent_));
   }
 
+  double extent_;  // [m]
   std::mt19937_64 random_;
   Scene scene_;
   std::vector<std::uint8_t> is_static_;
@@ -96,6 +116,26 @@ class Wood {
   std::unique_ptr<ObjectForest> forest_;
   std::vector<std::uint32_t> moved_;
 };
+
+TEST(ObjectForest, SeveralObjectsHaveThePartnersOfEach) {
+  for (const double extent : {30.0, 1.0}) {  // few partners; all of them, more than are kept of several
+    Wood wood(3000, 65, extent);
+    for (std::uint32_t object = 0; object < 300; object += 7) wood.go(object);
+    wood.update();
+    std::vector<std::uint32_t> asked;
+    for (std::uint32_t count : {0u, 1u, 8u, 9u, 43u}) {
+      asked.clear();
+      for (std::uint32_t k = 0; k < count; ++k) asked.push_back(k == 3 ? 7 : wood.any());
+      const std::size_t pairs = wood.expect_pairs_of(asked);
+      EXPECT_GE(pairs, extent < 2.0 ? 1000 * count : count / 2);
+    }
+    // Told that it is enough, it ends.
+    int told = 0;
+    EXPECT_FALSE(
+        wood.forest().for_each_pair_of(asked, [&](std::uint32_t, std::uint32_t) { return ++told < 3; }));
+    EXPECT_EQ(told, 3);
+  }
+}
 
 // The frame in which few move after many did is none that sorts all.
 TEST(ObjectForest, IsNeverSortedAtOnceWhereFewMoveAfterMany) {

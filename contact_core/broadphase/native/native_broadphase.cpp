@@ -55,13 +55,12 @@ class Scene {
       append_all_pairs(out);
       return;
     }
-    for (const std::uint32_t object : moved_)
-      forest_.for_each_partner(object, 0, [&](std::uint32_t other) {
-        // Of two that moved, the lower one is asked.
-        if (is_moved_[other] == 0 || object < other)
-          append_pairs(std::min(object, other), std::max(object, other), out);
-        return true;
-      });
+    forest_.for_each_pair_of(moved_, [&](std::uint32_t object, std::uint32_t other) {
+      // Of two that moved, the lower one is asked.
+      if (is_moved_[other] == 0 || object < other)
+        append_pairs(std::min(object, other), std::max(object, other), out);
+      return true;
+    });
     sort_pairs(std::span(out).subspan(static_cast<std::size_t>(first)), pair_scratch_);
   }
 

@@ -58,6 +58,23 @@ class ObjectForest {
     return true;
   }
 
+  /// Calls visit(object, other) for all that pair with one of these, until it returns false.
+  template <class Visit>
+  bool for_each_pair_of(std::span<const std::uint32_t> objects, Visit visit) const noexcept {
+    if (has_grid_ || bounds_.on_paths()) {
+      for (const std::uint32_t object : objects)
+        if (!for_each_partner(object, 0, [&](std::uint32_t other) { return visit(object, other); }))
+          return false;
+      return true;
+    }
+    for (std::size_t first = 0; first < objects.size(); first += ObjectTree::kTogether) {
+      const std::size_t count = std::min<std::size_t>(ObjectTree::kTogether, objects.size() - first);
+      for (int i = 0; i < kTrees; ++i)
+        if (!for_each_in_tree_of(i, objects.subspan(first, count), visit)) return false;
+    }
+    return true;
+  }
+
  private:
   struct Tree {
     PlacedTree now;
@@ -106,6 +123,39 @@ class ObjectForest {
       if (count == kMost) test();
     };
     trees_[i].now.tree.for_each_from(first, bounds_.object_box(object), keep);
+    test();
+    return goes_on;
+  }
+
+  /// The same for a few objects at once.
+  template <class Visit>
+  bool for_each_in_tree_of(int i, std::span<const std::uint32_t> objects, Visit& visit) const noexcept {
+    // Static objects do not pair with each other.
+    std::array<std::uint32_t, ObjectTree::kTogether> asked;
+    std::uint32_t count = 0;
+    for (const std::uint32_t object : objects)
+      if (!bounds_.is_gone(object) && (i == kMoving || !bounds_.is_static(object))) asked[count++] = object;
+    struct Found {
+      std::uint32_t object, other, slot;
+    };
+    std::array<Found, 256> found;
+    std::size_t kept = 0;
+    bool goes_on = true;
+    const auto test = [&] {
+      for (std::size_t k = 0; k < kept && goes_on; ++k)
+        if (may_touch(bounds_.object_spheres_W()[found[k].object], sphere_at(i, found[k].slot),
+                      bounds_.margin()))
+          goes_on = visit(found[k].object, found[k].other);
+      kept = 0;
+    };
+    const auto keep = [&](std::uint32_t k, std::uint32_t other, std::uint32_t slot) {
+      if (other == asked[k] || !goes_on) return;
+      __builtin_prefetch(&sphere_at(i, slot));
+      found[kept++] = {asked[k], other, slot};
+      if (kept == found.size()) test();
+    };
+    trees_[i].now.tree.for_each_of(
+        count, [&](std::uint32_t k) { return bounds_.object_box(asked[k]); }, keep);
     test();
     return goes_on;
   }

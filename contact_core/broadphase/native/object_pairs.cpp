@@ -77,15 +77,13 @@ void ObjectPairs::make_list() noexcept {
 bool ObjectPairs::list_changed_pairs() noexcept {
   fresh_.clear();
   forest_.sort_by_place(changed_, place_keys_);
-  for (std::uint32_t object : changed_) {
-    const bool fits = forest_.for_each_partner(object, 0, [&](std::uint32_t other) {
-      if (is_changed_[other] != 0 && other <= object) return true;  // found from the other side
-      if (fresh_.size() == fresh_.capacity()) return false;
-      fresh_.push_back(object < other ? SolidPair{object, other} : SolidPair{other, object});
-      return true;
-    });
-    if (!fits) return false;
-  }
+  const bool fits = forest_.for_each_pair_of(changed_, [&](std::uint32_t object, std::uint32_t other) {
+    if (is_changed_[other] != 0 && other <= object) return true;  // found from the other side
+    if (fresh_.size() == fresh_.capacity()) return false;
+    fresh_.push_back(object < other ? SolidPair{object, other} : SolidPair{other, object});
+    return true;
+  });
+  if (!fits) return false;
   std::sort(fresh_.begin(), fresh_.end());
   if (!list_.replace(is_changed_, fresh_)) return false;
   forget_changes();

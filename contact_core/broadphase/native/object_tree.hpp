@@ -2,6 +2,8 @@
 
 #include <array>
 #include <bit>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "touchstone/contact_core/broadphase/native/float_frame.hpp"
@@ -122,6 +124,40 @@ class ObjectTree {
     }
   }
 
+  /// As many boxes are asked about together at most.
+  static constexpr std::uint32_t kTogether = 8;
+
+  /// Calls visit(k, b, slot of b) for every object b whose box overlaps box_of(k), k < count. The nodes of
+  /// all of these boxes are fetched meanwhile: in a tree that is in no cache a box alone waits for a few
+  /// only.
+  template <class BoxOf, class Visit>
+  void for_each_of(std::uint32_t count, BoxOf box_of, Visit visit) const noexcept {
+    std::array<Query, kTogether> queries;
+    NodesOfQueries lists[2], *now = &lists[0], *next = &lists[1];
+    for (std::uint32_t k = 0; k < count; ++k) queries[k] = query_of(0, box_of(k)), now->add({k, 0}, 1);
+    for (std::uint32_t level = levels(); level-- > 0;) {
+      for (std::size_t i = 0; i < std::min(now->count, kAhead); ++i)
+        prefetch_node(at({level, now->nodes[i].index}));
+      next->count = 0;
+      for (std::size_t i = 0; i < now->count; ++i) {
+        if (i + kAhead < now->count) prefetch_node(at({level, now->nodes[i + kAhead].index}));
+        const std::uint32_t k = now->nodes[i].query, index = now->nodes[i].index;
+        if (!next->has_room()) {
+          const auto visit_one = [&](std::uint32_t other, std::uint32_t slot) { visit(k, other, slot); };
+          walk(queries[k], {level, index}, visit_one);
+          continue;
+        }
+        // The children that are hit are kept without a branch, which none could predict.
+        const std::uint32_t hits = hit_lanes(queries[k], at({level, index}));
+        for (std::uint32_t lane = 0; lane < kWidth; ++lane)
+          next->add({k, index * kWidth + lane}, hits >> lane & 1u);
+      }
+      std::swap(now, next);
+    }
+    for (const auto& [k, slot] : std::span(now->nodes).first(now->count))
+      visit(k, static_cast<std::uint32_t>(nodes_[slot / kWidth].highest_object[slot % kWidth]), slot);
+  }
+
   struct Entry {
     std::uint32_t level, index;  // index within the level
   };
@@ -141,6 +177,19 @@ class ObjectTree {
   };
   /// Nodes of a level that are kept; below the others, one is looked at after the other.
   static constexpr std::size_t kFrontier = 64;
+  /// The same for several queries; at last slots.
+  struct NodeOfQuery {
+    std::uint32_t query, index;
+  };
+  struct NodesOfQueries {
+    std::array<NodeOfQuery, kTogether * kFrontier> nodes;
+    std::size_t count = 0;
+
+    bool has_room() const { return count + kWidth <= nodes.size(); }
+    void add(const NodeOfQuery& node, std::uint32_t if_one) { nodes[count] = node, count += if_one; }
+  };
+  /// Nodes are fetched as many before they are looked at.
+  static constexpr std::size_t kAhead = 8;
 
   Query query_of(std::uint32_t first, const Box& box) const noexcept {
     Query query{};
@@ -152,13 +201,17 @@ class ObjectTree {
     return query;
   }
 
-  /// Calls visit(object, slot) or below(entry) for the children of a node that the query meets.
-  template <class Visit, class Below>
-  void for_each_hit(const Query& query, Entry entry, Visit& visit, Below below) const noexcept {
-    const Node& node = at(entry);
+  static std::uint32_t hit_lanes(const Query& query, const Node& node) noexcept {
     Ints hit = node.highest_object >= query.least;
     for (int i = 0; i < 3; ++i) hit &= (node.low[i] <= query.high[i]) & (node.high[i] >= query.low[i]);
-    for (std::uint32_t lanes = lane_mask(hit); lanes != 0; lanes &= lanes - 1) {
+    return lane_mask(hit);
+  }
+
+  /// Calls visit(object, slot) or below(entry) for the children of a node that the query meets.
+  template <class Visit, class Below>
+  void for_each_hit(const Query& query, Entry entry, const Visit& visit, Below below) const noexcept {
+    const Node& node = at(entry);
+    for (std::uint32_t lanes = hit_lanes(query, node); lanes != 0; lanes &= lanes - 1) {
       const auto k = static_cast<std::uint32_t>(std::countr_zero(lanes));
       const std::uint32_t child = entry.index * kWidth + k;
       if (entry.level == 0)
@@ -170,7 +223,7 @@ class ObjectTree {
 
   /// for_each_from() below one node.
   template <class Visit>
-  void walk(const Query& query, const Entry& start, Visit& visit) const noexcept {
+  void walk(const Query& query, const Entry& start, const Visit& visit) const noexcept {
     std::array<Entry, 64> stack;  // at most 16 levels for 2^32 objects, three siblings kept a level
     std::size_t top = 0;
     stack[top++] = start;
