@@ -99,11 +99,11 @@ struct Engine {
     if (beyond.count() > 0.0) waited += static_cast<std::int64_t>(beyond.count());
   }
   /// What answers a question as a whole keeps silent until then: a slow engine, or one on a busy machine, is
-  /// asked less at a time.
-  void suit_next_question(std::size_t pairs, Clock::duration took) const {
+  /// asked less at a time. A crash is soon, too, but no answer.
+  void suit_next_question(std::size_t pairs, Clock::duration took, bool is_answered) const {
     if (2 * took > options.time_limit)
       pairs_of_a_question = std::max<std::size_t>(1, pairs / 2);
-    else if (4 * took < options.time_limit && pairs == pairs_of_a_question)
+    else if (is_answered && 4 * took < options.time_limit && pairs == pairs_of_a_question)
       pairs_of_a_question = std::min(2 * pairs, protocol->largest_question());
   }
   int most_in_vain() const { return kWorkspacesInVain * (options.max_restarts + 1); }
@@ -147,16 +147,21 @@ class IdleProcesses {
   }
   /// Without a child where none of them still waits to be asked.
   Running take() {
-    const std::lock_guard lock(mutex_);
-    while (!idle_.empty()) {
-      Running last = std::move(idle_.back());
-      idle_.pop_back();
-      if (last.child->is_silent()) return last;
+    for (;;) {
+      Running last = take_last();
+      if (last.child == nullptr || last.child->is_silent()) return last;
     }
-    return {};
   }
 
  private:
+  Running take_last() {
+    const std::lock_guard lock(mutex_);
+    if (idle_.empty()) return {};
+    Running last = std::move(idle_.back());
+    idle_.pop_back();
+    return last;
+  }
+
   static constexpr std::size_t kMostIdle = 16;
   std::mutex mutex_;
   std::vector<Running> idle_;
@@ -166,9 +171,13 @@ class IdleProcesses {
 class Connection final : public Narrowphase::Workspace {
  public:
   Connection(std::shared_ptr<const Engine> engine, std::shared_ptr<IdleProcesses> idle)
-      : engine_(std::move(engine)), idle_(std::move(idle)), running_(idle_->take()) {}
+      : engine_(std::move(engine)), idle_(std::move(idle)) {
+    if (engine_->is_given_up) return;
+    running_ = idle_->take();
+    if (running_.child != nullptr) starts_ = 1;
+  }
   ~Connection() override {
-    if (running_.child == nullptr) return;
+    if (running_.child == nullptr || engine_->is_given_up) return;
     try {
       idle_->give(std::move(running_));
     } catch (const std::exception&) {  // no memory: it has ended with what was to hold it
@@ -282,9 +291,9 @@ class Connection final : public Narrowphase::Workspace {
                  [&](const std::string& so_far) { return protocol.wanted(question, so_far); });
     const Clock::duration took = Clock::now() - begin;
     engine_->count_question(question.pairs.size(), took);
-    engine_->suit_next_question(question.pairs.size(), took);
     const Decoded decoded = protocol.read_reply(question, reply_, output);
     if (failure.empty() && decoded.problem != nullptr) failure = decoded.problem;
+    engine_->suit_next_question(question.pairs.size(), took, failure.empty());
     if (!failure.empty()) return {decoded.answered, failure};
     if (running_.child->has_more()) return {0, "it writes more than was asked"};
     return {decoded.answered, ""};
@@ -310,7 +319,7 @@ class Connection final : public Narrowphase::Workspace {
   std::shared_ptr<IdleProcesses> idle_;
   Running running_;
   std::string request_, reply_;
-  int starts_ = 0;
+  int starts_ = 0;  ///< with the process that it began with
   bool told_end_ = false;
 };
 

@@ -178,12 +178,16 @@ TEST(ProcessEngine, OneThatNeverAnswersIsGivenUpInAllWorkspaces) {
   const auto first_status = [&](const std::vector<SolidPair>& pairs) {
     return ask(*narrowphase, pairs, row.poses, {.kind = QueryKind::distance}).status[0];  // a workspace each
   };
-  // An engine that answers now and then is asked again.
+  // An engine that answers now and then is asked again; a process that it has from a workspace before is no
+  // restart more.
   for (int i = 0; i < 6; ++i) {
+    told.clear();
     EXPECT_EQ(first_status(bad), PairStatus::failed);
+    EXPECT_THAT(told, ElementsAre(HasSubstr("within pairs 0 to"), HasSubstr("on pair 0"),
+                                  HasSubstr("given up after 1 restarts")));
     EXPECT_EQ(first_status(good), PairStatus::separated);
   }
-  const auto of_before = narrowphase->make_workspace();
+  auto of_before = narrowphase->make_workspace();
   Answers answers;
   const auto answers_still = [&] {
     evaluate(*narrowphase, good, row.poses, {.kind = QueryKind::distance}, *of_before, answers);
@@ -198,6 +202,18 @@ TEST(ProcessEngine, OneThatNeverAnswersIsGivenUpInAllWorkspaces) {
   // For good, though a process that runs goes on.
   EXPECT_TRUE(answers_still());
   EXPECT_EQ(first_status(good), PairStatus::failed);
+  of_before.reset();
+  EXPECT_EQ(first_status(good), PairStatus::failed);
+}
+
+TEST(ProcessEngine, OneThatCrashesIsAskedNoMoreAtATime) {
+  Engine bad({BAD_ENGINE, "crash"});
+  const Row row;
+  std::vector<SolidPair> pairs(60, SolidPair{0, 1});
+  pairs[3] = pairs[19] = {0, 31};
+  bad.ask(row.solids, pairs, row.poses, {.kind = QueryKind::distance});
+  EXPECT_THAT(bad.told, ElementsAre(HasSubstr("within pairs 0 to 15"), HasSubstr("on pair 3"),
+                                    HasSubstr("within pairs 16 to 31"), HasSubstr("on pair 19")));
 }
 
 // Its naps of 0.1 s end the half second that it has beyond what is free. Where the machine stalls once, that
@@ -226,19 +242,17 @@ TEST(ProcessEngine, OneThatSleepsInEveryQuestionIsGivenUp) {
   EXPECT_THAT(told.back(), HasSubstr("given up after 0.5 s in its questions; 2 pairs here"));
 }
 
-// A nap of 0.1 s is beyond what a question has free, and within what 600 pairs have; the first, smaller
-// questions take half of the limit in all.
+// A question has 78 ms of these limits free, and 13 ms a pair, so that a nap of 0.1 s counts nothing.
 TEST(ProcessEngine, OneThatIsAskedManyPairsAtATimeMayTakeTimeForEach) {
   BackendRegistry registry;
   const std::string name = register_process_engine(
-      registry, {.command = {BAD_ENGINE, "nap"}, .time_limit = milliseconds(500), .limits_in_all = 1});
+      registry, {.command = {BAD_ENGINE, "nap"}, .time_limit = milliseconds(1300), .limits_in_all = 0});
   const auto narrowphase = registry.make_narrowphase(name);
   const Row row;
   narrowphase->build(row.solids);
-  const std::vector<SolidPair> pairs(600, SolidPair{0, 1});
-  for (int time = 0; time < 3; ++time)
-    EXPECT_EQ(ask(*narrowphase, pairs, row.poses, {.kind = QueryKind::distance}).status[0],
-              PairStatus::separated);
+  const std::vector<SolidPair> pairs(240, SolidPair{0, 1});
+  EXPECT_THAT(ask(*narrowphase, pairs, row.poses, {.kind = QueryKind::distance}).status,
+              Each(PairStatus::separated));
 }
 
 // 60 pairs of 0.01 s each are no answer for 0.6 s where they are asked together.
@@ -364,7 +378,6 @@ TEST(ProcessEngine, NoSignalOfABrokenPipeIsLeft) {
   pthread_sigmask(SIG_SETMASK, &before, nullptr);
 }
 
-// What a program started in its group ends with it, and the system ends both before us where memory ends.
 /// Waits for the end of a process, for 5 s at most.
 bool has_ended(const std::string& process) {
   std::string letter;
@@ -379,6 +392,7 @@ bool has_ended(const std::string& process) {
   return false;
 }
 
+// What a program started in its group ends with it, and the system ends both before us where memory ends.
 TEST(ProcessEngine, WhatItStartedEndsWithIt) {
   // The child's next line.
   const auto read_line = [](process_engine::ChildProcess& child, std::string_view request) {
