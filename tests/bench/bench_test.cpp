@@ -262,6 +262,30 @@ TEST_F(Bench, NamesOfEnginesDoNotLeadOutOfTheSite) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "site"));
 }
 
+TEST_F(Bench, ResultsWithoutSomeOfTheCorpusAreRefused) {
+  make_corpus();
+  measure("native", "ours");
+  const std::string site =
+      bench_command("site " + at("site") + " " + at("ours.json") + " --corpus " + at("corpus"));
+  const Json whole = Json::parse(read(folder_ / "ours.json"));
+
+  Json cut = whole;
+  cut.at("pair_sets").erase(1);
+  write("ours.json", cut.dump());
+  expect_refusal(site, {"ours.json: 'native' lacks the corpus's set 'touching'"});
+
+  cut = whole;
+  cut.at("pair_sets").at(1).at("backends").clear();
+  write("ours.json", cut.dump());
+  expect_refusal(site, {"ours.json: 'native' lacks the corpus's set 'touching'"});
+
+  cut = whole;
+  cut.at("pair_sets").at(1).at("backends").at(0).at("queries").at("distance").at("wrong").at("cases") = 29;
+  write("ours.json", cut.dump());
+  expect_refusal(site, {"ours.json: 'native' has 29 pairs of the corpus's set 'touching', which has 30"});
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "site"));
+}
+
 TEST_F(Bench, ResultsOfAnotherCorpusAreRefused) {
   make_corpus();
   measure("native", "ours");

@@ -384,6 +384,13 @@ TEST_F(PathCorpus, EnginesAreJudgedAndShownWithTheirCases) {
           " --backend native --case '" + met + "@contact'");
   ASSERT_EQ(once.code, 0) << once.err;
   EXPECT_THAT(once.out, HasSubstr("overlap: overlapping"));
+
+  // Without its paths, the file is no longer whole.
+  wrong.at("path_sets").clear();
+  write("results.json", wrong.dump());
+  expect_refusal(
+      std::string(BENCH) + " site " + at("site") + " " + at("results.json") + " --corpus " + at("corpus"),
+      {"results.json: lacks the paths of the corpus's set 'thin'"});
 }
 
 #ifdef HAS_BULLET

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <set>
 
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/bench/site/counts.hpp"
@@ -92,14 +93,38 @@ Entry& entry_of(const Json& results, const std::string& file, const Json& backen
 /// @param first of the file's entries.
 void add_paths(const Json& results, const std::string& file, const Corpus& corpus, std::size_t first,
                BenchResults& into) {
-  for (const Json& json : results.at("path_sets")) {
+  std::set<std::string> found;
+  for (const Json& json : results.value("path_sets", Json::array())) {
     const FiledPathSet set = path_set_of(json);
     if (!has_set(corpus, set.name)) continue;
+    found.insert(set.name);
     if (std::none_of(into.path_sets.begin(), into.path_sets.end(),
                      [&](const FiledPathSet& known) { return known.name == set.name; }))
       into.path_sets.push_back(set);
     for (const Json& backend : json.at("backends"))
       entry_of(results, file, backend, first, into).paths[set.name] = path_cell_of(backend);
+  }
+  for (const CorpusSet& set : corpus.sets)
+    if (set.is_paths() && !found.contains(set.name))
+      throw InputError(file + ": lacks the paths of the corpus's set '" + set.name + "'");
+}
+
+/// A file from which sets or pairs were taken would show fewer wrong answers than its engines gave.
+/// @param first of the file's entries, one a backend.
+void check_whole(const std::string& file, const Corpus& corpus, std::size_t first, const BenchResults& in) {
+  for (std::size_t e = first; e < in.entries.size(); ++e) {
+    const Entry& entry = in.entries[e];
+    for (const CorpusSet& set : corpus.sets) {
+      const auto found = entry.sets.find(set.name);
+      if (found == entry.sets.end())
+        throw InputError(file + ": '" + entry.engine + "' lacks the corpus's set '" + set.name + "'");
+      for (const Cell& cell : found->second) {
+        if (cell.wrong.cases == set.cases) continue;
+        throw InputError(file + ": '" + entry.engine + "' has " + std::to_string(cell.wrong.cases) +
+                         " pairs of the corpus's set '" + set.name + "', which has " +
+                         std::to_string(set.cases));
+      }
+    }
   }
 }
 
@@ -120,7 +145,8 @@ void add_entries(const Json& results, const std::string& file, const Corpus& cor
       }
     }
   }
-  if (results.contains("path_sets")) add_paths(results, file, corpus, first, into);
+  check_whole(file, corpus, first, into);
+  add_paths(results, file, corpus, first, into);
 }
 
 }  // namespace

@@ -51,7 +51,8 @@ struct BenchResults {
   std::vector<Entry> newest() const;
 };
 
-/// @throws InputError naming the file: unreadable, of another corpus, partial or without truth.
+/// @throws InputError naming the file: unreadable, of another corpus, partial (said to be, or without some
+/// of the corpus's sets or pairs) or without truth.
 BenchResults read_bench_results(const std::vector<std::string>& files, const Corpus& corpus);
 
 /// The entries' figures of one set as the plots take them.
