@@ -27,13 +27,14 @@ function(touchstone_library name)
 endfunction()
 
 # touchstone_component_needs(NAME [COMPONENTS OTHER ...] [ENGINE TITLE DEBIAN PACKAGE ...
-#                            [PACKAGE CMAKE_PACKAGE [VERSION]] [LIBRARIES LIBRARY ...] [LINK ITEM ...]]):
+#                            [PACKAGE CMAKE_PACKAGE [VERSION]] [LIBRARIES LIBRARY ...] [LINK ITEM ...]] [LANGUAGE C]):
 # what a program links besides component NAME. COMPONENTS: further ones of ours; contact_core always is one. ENGINE: whose
 # libraries it needs, in words, and the Debian packages that hold them. They are found as a CMake package, or as libraries
-# by name; LINK: the targets or libraries that stand for these in this build, where the names do not do.
+# by name; LINK: the targets or libraries that stand for these in this build, where the names do not do. LANGUAGE: of its
+# headers' users, C++ otherwise.
 function(touchstone_component_needs name)
-  cmake_parse_arguments(need "" "ENGINE" "COMPONENTS;DEBIAN;PACKAGE;LIBRARIES;LINK" ${ARGN})
-  foreach(field COMPONENTS ENGINE DEBIAN PACKAGE LIBRARIES)
+  cmake_parse_arguments(need "" "ENGINE;LANGUAGE" "COMPONENTS;DEBIAN;PACKAGE;LIBRARIES;LINK" ${ARGN})
+  foreach(field COMPONENTS ENGINE DEBIAN PACKAGE LIBRARIES LANGUAGE)
     set_property(GLOBAL PROPERTY TOUCHSTONE_${name}_${field} "${need_${field}}")
   endforeach()
   if(need_LIBRARIES)
@@ -69,9 +70,24 @@ function(touchstone_public_headers)
   endforeach()
 endfunction()
 
+# Prepends component NAME and all that it needs to the list LIST, each before what it needs, as static libraries are linked.
+function(touchstone_needed_components name list)
+  set(needed ${${list}})
+  get_property(components GLOBAL PROPERTY TOUCHSTONE_${name}_COMPONENTS)
+  if(NOT name STREQUAL "contact_core")
+    list(APPEND components contact_core)
+  endif()
+  foreach(component IN LISTS components)
+    if(NOT component IN_LIST needed)
+      touchstone_needed_components(${component} needed)
+    endif()
+  endforeach()
+  set(${list} ${name} ${needed} PARENT_SCOPE)
+endfunction()
+
 # Writes the files of a component that find_package and pkg-config read.
 function(touchstone_write_component name)
-  foreach(field COMPONENTS ENGINE DEBIAN PACKAGE LIBRARIES)
+  foreach(field COMPONENTS ENGINE DEBIAN PACKAGE LIBRARIES LANGUAGE)
     get_property(TOUCHSTONE_${field} GLOBAL PROPERTY TOUCHSTONE_${name}_${field})
   endforeach()
   set(modules ${TOUCHSTONE_COMPONENTS})
@@ -104,6 +120,24 @@ function(touchstone_write_component name)
   if(definitions)
     list(TRANSFORM definitions PREPEND -D)
     list(JOIN definitions " " TOUCHSTONE_PC_DEFINITIONS)
+  endif()
+  set(TOUCHSTONE_PC_STANDARD -std=c++20)
+  if("${TOUCHSTONE_LANGUAGE}" STREQUAL "C")
+    # The modules that it requires would hand their flags for C++ to a compiler of C: what they link stands in their place.
+    set(TOUCHSTONE_PC_REQUIRES)
+    set(TOUCHSTONE_PC_STANDARD)
+    set(needed)
+    touchstone_needed_components(${name} needed)
+    list(REMOVE_ITEM needed ${name})
+    foreach(component IN LISTS needed)
+      set(libraries touchstone_${component})
+      if(NOT type STREQUAL "SHARED_LIBRARY")
+        get_property(engine GLOBAL PROPERTY TOUCHSTONE_${component}_LIBRARIES)
+        list(APPEND libraries ${engine})
+      endif()
+      list(TRANSFORM libraries PREPEND " -l")
+      string(APPEND TOUCHSTONE_PC_ENGINE ${libraries})
+    endforeach()
   endif()
   set(TOUCHSTONE_COMPONENT ${name})
   file(RELATIVE_PATH TOUCHSTONE_PC_UP /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)

@@ -1,6 +1,6 @@
 # Builds SOURCES by pkg-config's flags for MODULE in the installed copy, and runs the program.
-# A program in C is compiled by CC, with the folders of headers alone, and linked by CXX.
-# cmake -D PREFIX=... -D WORK_DIR=... -D MODULE=... -D SOURCES=a,b [-D DEFINE=...] [-D ARGUMENT=...] [-D CC=...] -D PKG_CONFIG=... -D CXX=... -D CXX_FLAGS=... -P ...
+# A program in C is compiled by CC and linked by CXX. A program in C++ with a module for C needs `touchstone` beside it.
+# cmake -D PREFIX=... -D WORK_DIR=... -D MODULE=a,b -D SOURCES=a,b [-D DEFINE=...] [-D ARGUMENT=...] [-D CC=...] -D PKG_CONFIG=... -D CXX=... -D CXX_FLAGS=... -P ...
 include(${CMAKE_CURRENT_LIST_DIR}/run.cmake)
 
 file(REMOVE_RECURSE ${WORK_DIR})
@@ -8,6 +8,7 @@ file(MAKE_DIRECTORY ${WORK_DIR})
 file(GLOB_RECURSE found ${PREFIX}/touchstone.pc)
 get_filename_component(folder "${found}" DIRECTORY)
 set(ENV{PKG_CONFIG_PATH} ${folder})
+string(REPLACE "," ";" MODULE "${MODULE}")
 execute_process(COMMAND ${PKG_CONFIG} --cflags --libs ${MODULE} OUTPUT_VARIABLE flags COMMAND_ERROR_IS_FATAL ANY)
 execute_process(COMMAND ${PKG_CONFIG} --variable=tag touchstone OUTPUT_VARIABLE tag COMMAND_ERROR_IS_FATAL ANY)
 if(NOT tag MATCHES "^v[0-9]+\\.[0-9]+\\.[0-9]+\n$")
@@ -19,9 +20,9 @@ if(DEFINE)
 endif()
 string(REPLACE "," ";" SOURCES "${SOURCES}")
 if(CC)
-  execute_process(COMMAND ${PKG_CONFIG} --cflags-only-I ${MODULE} OUTPUT_VARIABLE folders COMMAND_ERROR_IS_FATAL ANY)
-  separate_arguments(folders UNIX_COMMAND "${folders}")
-  run(${CC} -std=c11 -Wall -Wextra -pedantic -Werror -c ${SOURCES} -o ${WORK_DIR}/program.o ${folders})
+  execute_process(COMMAND ${PKG_CONFIG} --cflags ${MODULE} OUTPUT_VARIABLE c_flags COMMAND_ERROR_IS_FATAL ANY)
+  separate_arguments(c_flags UNIX_COMMAND "${c_flags}")
+  run(${CC} -std=c11 -Wall -Wextra -pedantic -Werror -c ${SOURCES} -o ${WORK_DIR}/program.o ${c_flags})
   set(SOURCES ${WORK_DIR}/program.o)
 endif()
 run(${CXX} -o ${WORK_DIR}/program ${SOURCES} ${flags})
