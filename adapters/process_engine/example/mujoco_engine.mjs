@@ -6,22 +6,28 @@ const { module, version } = await load('@mujoco/mujoco');
 console.log = console.error; // stdout is the answers'
 const mujoco = await module.default();
 const FURTHEST = 1e10;
+const MOST_MODELS = 1000; // its memory ends at 2 GB
 let solids = [], models = new Map();
 const fromto = mujoco.DoubleBuffer.FromArray([0, 0, 0, 0, 0, 0]);
 
-/** A model of the pair alone; its poses are written into its data. */
+function remove({ model, data }) {
+  data?.delete(), model?.delete();
+}
+
+/** A model of the pair alone; its poses are written into its data. Left alone, its data would take 14 MB. */
 function makeModel(a, b) {
   const geoms = [a, b].map((solid, i) => {
     const h = halfSides(solids[solid]);
     return h ? { geom: `<geom name="g${i}" type="box" size="${h.join(' ')}"/>`, mesh: '' }
       : { geom: `<geom name="g${i}" type="mesh" mesh="m${i}"/>`, mesh: `<mesh name="m${i}" inertia="shell" vertex="${solids[solid].join(' ')}"/>` };
   });
-  const xml = `<mujoco><compiler boundmass="1" boundinertia="1"/><asset>${geoms.map((g) => g.mesh).join('')}</asset><worldbody>
+  const xml = `<mujoco><size memory="1M"/><compiler boundmass="1" boundinertia="1"/><asset>${geoms.map((g) => g.mesh).join('')}</asset><worldbody>
     ${geoms.map((g) => `<body mocap="true">${g.geom}</body>`).join('')}</worldbody><contact><pair geom1="g0" geom2="g1"/></contact></mujoco>`;
   try {
     const model = mujoco.MjModel.from_xml_string(xml);
     return { model, data: new mujoco.MjData(model) };
   } catch (error) { // it refuses what is below or above its range
+    if (/allocate|abort/i.test(error.message)) throw error; // no memory: for a process anew
     console.error(`pair ${a} ${b}: ${error.message}`);
     return {};
   }
@@ -42,12 +48,16 @@ function manifold(data) {
 
 serve({ name: 'mujoco_js', description: `MuJoCo ${version} (npm): mj_collision, mj_geomDistance`, distance: true, penetration: true, manifold: true },
   (corners) => {
-    models.forEach(({ model, data }) => { data?.delete(); model?.delete(); });
+    models.forEach(remove);
     solids = corners, models = new Map();
   },
   (question, a, b, X_WA, X_WB) => {
     const key = `${a} ${b}`;
-    if (!models.has(key)) models.set(key, makeModel(a, b));
+    if (!models.has(key)) {
+      const [first] = models.size < MOST_MODELS ? [] : models.keys();
+      if (first) remove(models.get(first)), models.delete(first);
+      models.set(key, makeModel(a, b));
+    }
     const { model, data } = models.get(key);
     if (!model) return { status: UNSUPPORTED };
     [X_WA, X_WB].forEach((pose, i) => {
