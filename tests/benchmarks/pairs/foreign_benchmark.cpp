@@ -84,7 +84,7 @@ void measure_process(const char* engine) {
   const auto set = measures::make_pair_family("random", 1, kPairs);
   BackendRegistry registry;
   register_process_engine(registry, {.command = {engine, "nothing"}});
-  const auto narrowphase = registry.make_narrowphase("engine_c");
+  auto narrowphase = registry.make_narrowphase("engine_c");
   narrowphase->build(set.solids);
   std::vector<PairStatus> status(kPairs);
   const NarrowphaseInput input{set.pairs, set.poses, {}, {}};
@@ -94,7 +94,8 @@ void measure_process(const char* engine) {
   const double begin = wall_seconds();
   for (int call = 0; call < kCalls; ++call) narrowphase->evaluate(input, {status, {}, {}}, *workspace);
   const double wall = wall_seconds() - begin;
-  workspace.reset();  // waits for the engine, whose time then counts
+  workspace.reset();
+  narrowphase.reset();  // waits for the engine, whose time then counts
   const double cpu = all_seconds(RUSAGE_SELF) + all_seconds(RUSAGE_CHILDREN) - before;
   const double asked = static_cast<double>(kPairs) * kCalls;
   std::printf("process, binary: %.2f million pairs a second; %.2f by processor time of both sides (%s)\n",
