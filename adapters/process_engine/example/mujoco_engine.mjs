@@ -6,7 +6,7 @@ const { module, version } = await load('@mujoco/mujoco');
 console.log = console.error; // stdout is the answers'
 const mujoco = await module.default();
 const FURTHEST = 1e10;
-const MOST_MODELS = 1000; // its memory ends at 2 GB
+const MOST_MODELS = 2000; // its memory ends at 2 GB
 let solids = [], models = new Map();
 const fromto = mujoco.DoubleBuffer.FromArray([0, 0, 0, 0, 0, 0]);
 
@@ -21,7 +21,7 @@ function makeModel(a, b) {
     return h ? { geom: `<geom name="g${i}" type="box" size="${h.join(' ')}"/>`, mesh: '' }
       : { geom: `<geom name="g${i}" type="mesh" mesh="m${i}"/>`, mesh: `<mesh name="m${i}" inertia="shell" vertex="${solids[solid].join(' ')}"/>` };
   });
-  const xml = `<mujoco><size memory="1M"/><compiler boundmass="1" boundinertia="1"/><asset>${geoms.map((g) => g.mesh).join('')}</asset><worldbody>
+  const xml = `<mujoco><size memory="512K"/><compiler boundmass="1" boundinertia="1"/><asset>${geoms.map((g) => g.mesh).join('')}</asset><worldbody>
     ${geoms.map((g) => `<body mocap="true">${g.geom}</body>`).join('')}</worldbody><contact><pair geom1="g0" geom2="g1"/></contact></mujoco>`;
   try {
     const model = mujoco.MjModel.from_xml_string(xml);
