@@ -8,6 +8,7 @@
 
 #include "touchstone/contact_core/fit/excess.hpp"
 #include "touchstone/contact_core/fit/fit.hpp"
+#include "touchstone/contact_core/fit/parts/chords.hpp"
 #include "touchstone/contact_core/fit/parts/prisms.hpp"
 #include "touchstone/contact_core/fit/parts/sectors.hpp"
 #include "touchstone/contact_core/fit/round_parts.hpp"
@@ -218,6 +219,57 @@ TEST(Fit, ABoreStaysOpenWithAHexahedronASector) {
   EXPECT_EQ(fit.hexahedra.size(), 12U);
   EXPECT_LE(fit.region_excess[0], 3.6e-3);
   EXPECT_GE(fit.region_excess[0], 0.1 * (1.0 - std::cos(std::numbers::pi / 12)));
+}
+
+// 24 chords of a circle keep to 0.9 mm; of 50 facets, which they may cut, 25. Sectors of as many facets each
+// were 32 of 64, and none of 50 and 104, where the region's corner was taken to reach the outer wall.
+TEST(Fit, ABoreOfAnyNumberOfFacetsStaysOpenWithAboutAsFew) {
+  for (const int facets : {50, 64, 104}) {
+    const MeshDistance ring(weld(tube_mesh(0.1, 0.15, 0.03, facets)));
+    FitOptions options = within(5e-3);
+    options.repairs = 1;
+    for (const RoundPart& part : find_round_parts(ring))
+      if (part.is_bore) options.regions.push_back({"bore", part.bounds(), 0.9e-3});
+    ASSERT_EQ(options.regions.size(), 1U);
+    const Fit fit = fit_hexahedra(ring, options);
+    EXPECT_LE(fit.hexahedra.size(), 25U) << facets;
+    EXPECT_LE(fit.region_excess[0], 0.9e-3) << facets;
+  }
+}
+
+TEST(Chords, GoAroundAsDeepAsTheyMay) {
+  for (const int facets : {8, 31, 64, 360}) {
+    for (const fit::ChordLimits& limits : {fit::ChordLimits{9e-3, 1.0}, {1.0, 9e-3}, {0.0, 0.0}}) {
+      const std::vector<fit::Chord> chords = fit::fewest_chords(facets, limits);
+      ASSERT_FALSE(chords.empty());
+      const bool is_deep = facets >= 64 && limits.inner != limits.outer;
+      EXPECT_LE(chords.size(), is_deep ? 25U : static_cast<std::size_t>(facets)) << facets;
+      EXPECT_NEAR(chords.back().end - chords.front().begin, 2.0 * std::numbers::pi, 1e-12);
+      for (std::size_t i = 0; i < chords.size(); ++i) {
+        EXPECT_EQ(chords[i].begin, i == 0 ? chords[0].begin : chords[i - 1].end);
+        EXPECT_TRUE(limits.allow(chords[i])) << facets;
+      }
+    }
+  }
+  // Of eight facets two: to the middle corner it is one less its cosine.
+  const fit::Chord two = fit::chord_between(8, 0.0, 0.5 * std::numbers::pi);
+  EXPECT_NEAR(two.out, 0.25 * std::numbers::pi, 1e-15);
+  EXPECT_NEAR(two.height, std::sqrt(0.5), 1e-15);
+  EXPECT_NEAR(two.depth, 1.0 - std::sqrt(0.5), 1e-15);
+}
+
+TEST(LimitBox, IsTouchedByWhatReachesIt) {
+  const fit::LimitBox box{{Vector3(-1, -1, -1), Vector3(1, 1, 1)}, 1e-3};
+  // Across the corner: the box about the two ends reaches the limit's box either way.
+  const auto is_touched = [&](double away) {
+    return box.touches(
+        std::array{Vector3(2 * away, 0, 0), Vector3(0, 2 * away, 0), Vector3(away, away, 0.5)});
+  };
+  EXPECT_TRUE(is_touched(0.5));
+  EXPECT_TRUE(is_touched(1.0));
+  EXPECT_FALSE(is_touched(1.0 + 1e-9));
+  EXPECT_TRUE(box.touches(std::array{Vector3(-9, -9, -9), Vector3(9, 8, 7)}));
+  EXPECT_TRUE(box.touches(std::array{Vector3(0.5, 0.5, 0.5)}));
 }
 
 // Chords of a circle would take 23; there are sixteen facets.

@@ -13,7 +13,6 @@ namespace {
 constexpr double kNear = 1e-3;      // of the radius, as round parts have it
 constexpr int kFewest = 6;          // a bore that so few go around is as well left to other hexahedra
 constexpr double kRounding = 1e-9;  // of a limit that a count of sectors was chosen by
-const double kTurn = 2.0 * std::acos(-1.0);
 
 bool is_about(const RoundPart& part, const RoundPart& bore) {
   const Vector3 off = part.foot - bore.foot;
@@ -138,15 +137,20 @@ int whole_part(int fewest, int facets) {
 
 }  // namespace
 
+double Sectors::begin(int i) const {
+  if (chords.empty() || i == count) return (chords.empty() ? 0.0 : chords.front().begin) + kTurn * i / count;
+  return chords[static_cast<std::size_t>(i)].begin;
+}
+
 Plane Sectors::border(int i) const {
-  const double angle = kTurn * i / count;
+  const double angle = begin(i);
   const Vector3 y = cross(bore.axis, bore.start);
   const Vector3 normal = std::cos(angle) * y - std::sin(angle) * bore.start;
   return {normal, -dot(normal, bore.foot)};
 }
 
-Vector3 Sectors::middle(int i) const {
-  const double angle = kTurn * (i + 0.5) / count;
+Vector3 Sectors::out(int i) const {
+  const double angle = chords.empty() ? kTurn * (i + 0.5) / count : chords[static_cast<std::size_t>(i)].out;
   return std::cos(angle) * bore.start + std::sin(angle) * cross(bore.axis, bore.start);
 }
 
@@ -164,9 +168,9 @@ std::vector<Polygon> Sectors::part_of(const std::vector<Polygon>& polygons, int 
 }
 
 SixPlanes Sectors::about(int i, std::span<const Vector3> points) const {
-  const Vector3 out = middle(i);
-  return enclosing(std::array<Vector3, 6>{-out, out, -border(i).normal, border((i + 1) % count).normal,
-                                          -bore.axis, bore.axis},
+  const Vector3 outwards = out(i);
+  return enclosing(std::array<Vector3, 6>{-outwards, outwards, -border(i).normal,
+                                          border((i + 1) % count).normal, -bore.axis, bore.axis},
                    points);
 }
 
@@ -184,11 +188,10 @@ bool Sectors::is_ring(double over) const {
 
 namespace {
 
-// Whether a hexahedron a sector keeps to what is allowed: then there is a cover of such. Where they are fewer
-// than the facets they go into the bore and beyond the outer wall, at places that are on neither.
+// Whether a hexahedron a sector keeps to what is allowed: then there is a cover of such. Where corners of
+// facets are within a sector it goes into the bore and beyond the outer wall, at places that are on neither.
 bool has_cover(const TriangleMesh& mesh, const Sectors& ring, const AllowedSpace& allowed) {
-  const double cosine = std::cos(0.5 * kTurn / ring.count), inner = ring.bore.radius;
-  const bool has_chords = ring.count < ring.bore.facets;
+  const double inner = ring.bore.radius;
   const std::vector<Polygon> surface = ring.surface(mesh);
   for (int i = 0; i < ring.count; ++i) {
     std::vector<Vector3> points;
@@ -197,15 +200,16 @@ bool has_cover(const TriangleMesh& mesh, const Sectors& ring, const AllowedSpace
     if (points.empty()) return false;
     const SixPlanes solid = ring.about(i, points);
     if (!allowed.allows_samples(solid)) return false;
-    if (!has_chords) continue;
-    // What of it is in the bore is below the arc's middle, what is outside beyond the outer wall's chord.
-    const double foot = dot(ring.middle(i), ring.bore.foot);
+    const Chord chord = chord_between(ring.bore.facets, ring.begin(i), ring.begin(i + 1));
+    if (chord.depth == 0.0) continue;
+    // What of it is in the bore is below the circle, what is outside beyond the outer wall's chord.
+    const double foot = dot(ring.out(i), ring.bore.foot);
     SixPlanes in_bore = solid, outside = solid;
     in_bore.planes[1].offset = -(foot + inner);
-    outside.planes[0].offset = foot + ring.outer * cosine;
-    if (inner * (1.0 - cosine) > (1.0 + kRounding) * allowed.least_limit(in_bore.corners()) ||
-        ring.outer * (1.0 / cosine - 1.0) > (1.0 + kRounding) * allowed.least_limit(outside.corners()))
-      return false;
+    outside.planes[0].offset = foot + ring.outer * chord.height;
+    const ChordLimits limits = {(1.0 + kRounding) * allowed.least_limit(in_bore.corners()) / inner,
+                                (1.0 + kRounding) * allowed.least_limit(outside.corners()) / ring.outer};
+    if (!limits.allow(chord)) return false;
   }
   return true;
 }
@@ -220,8 +224,16 @@ std::optional<Sectors> ring_about(const MeshDistance& mesh, std::uint32_t index,
     const double inner = limit_on(mesh.mesh(), ring.shell, bore, allowed),
                  outer = limit_on(mesh.mesh(), ring.shell, part, allowed);
     if (!ring.is_ring(std::min(inner, outer))) continue;  // without a shell, too
+    // Sectors of as many facets each, or fewer that begin within facets.
     ring.count = whole_part(std::max(fewest(bore, inner), fewest(part, outer)), bore.facets);
-    if (ring.count <= most && has_cover(mesh.mesh(), ring, allowed)) return ring;
+    Sectors unequal = ring;
+    unequal.chords = fewest_chords(bore.facets, {inner / bore.radius, outer / part.radius});
+    unequal.count = static_cast<int>(unequal.chords.size());
+    const auto serves = [&](const Sectors& sectors) {
+      return sectors.count <= most && has_cover(mesh.mesh(), sectors, allowed);
+    };
+    if (unequal.count < ring.count && serves(unequal)) return unequal;
+    if (serves(ring)) return ring;
   }
   return std::nullopt;
 }

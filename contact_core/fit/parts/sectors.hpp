@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "touchstone/contact_core/fit/parts/chords.hpp"
 #include "touchstone/contact_core/fit/round_parts.hpp"
 #include "touchstone/contact_core/fit/space/allowed_space.hpp"
 #include "touchstone/contact_core/fit/space/six_planes.hpp"
@@ -20,13 +21,17 @@ struct Sectors {
   std::uint32_t part;  ///< the bore's index among round parts
   double outer;  ///< radius of the widest round part about the same axis, the bore's if there is none [m]
   /// Of the closed shell that is a ring between the two and nothing else, thick beside what is asked of it:
-  /// then sectors begin at corners of its facets, and each is convex. None: there is no such shell.
+  /// then each sector keeps to what is allowed. None: there is no such shell.
   std::vector<std::uint32_t> shell = {};
+  /// Of a shell's sectors that are not equally wide: their inner wall's, `count` of them.
+  std::vector<Chord> chords = {};
 
+  /// Turn from the bore's start at which sector i begins and i - 1 ends [rad].
+  double begin(int i) const;
   /// The half plane where sector i begins and i - 1 ends; positive on the side of sector i.
   Plane border(int i) const;
-  /// To the middle of a sector, unit.
-  Vector3 middle(int i) const;
+  /// Where the outer face of a sector looks, unit.
+  Vector3 out(int i) const;
   /// Whether the box comes near the bore's wall, or is between it and `outer`.
   bool touches(const Vector3& low, const Vector3& high) const;
   /// Whether it is a ring about the bore, thick beside `over`: a hexahedron a sector then is all of its

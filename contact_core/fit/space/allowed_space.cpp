@@ -1,5 +1,6 @@
 #include "touchstone/contact_core/fit/space/allowed_space.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/contact_core/geometry/norms.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 
 #include <algorithm>
@@ -16,6 +17,8 @@ constexpr double kLeaf = 1.0 / 12.0;   // half a leaf's width, of the limit
 constexpr double kSlack = 1.0 / 32.0;  // a face stops so much of the limit before a point
 constexpr double kFlat = 1e-3;         // of the limit: what a flat wall may bend
 constexpr double kNever = kInfinity;
+constexpr int kMostSteps = 16;         // of a search for a plane between a box and a hull
+constexpr double kRounding = 0x1p-46;  // of coordinates: more than heights over such a plane are off
 
 Vector3 octant(int i) {
   return {(i & 4) != 0 ? 1.0 : -1.0, (i & 2) != 0 ? 1.0 : -1.0, (i & 1) != 0 ? 1.0 : -1.0};
@@ -84,7 +87,27 @@ bool LimitBox::touches(const Vector3& centre, double half) const {
 bool LimitBox::touches(std::span<const Vector3> corners) const {
   Bounds about;
   for (const Vector3& p : corners) about.add(rotate_back(axes, p));
-  return (box.low - about.high).maxCoeff() <= 0.0 && (about.low - box.high).maxCoeff() <= 0.0;
+  if ((box.low - about.high).maxCoeff() > 0.0 || (about.low - box.high).maxCoeff() > 0.0) return false;
+  // A plane between the two is looked for, across the way from a point of the hull that comes nearer to the
+  // box with each step (Frank and Wolfe's method).
+  Vector3 p = Vector3::Zero();
+  for (const Vector3& corner : corners) p += rotate_back(axes, corner) / static_cast<double>(corners.size());
+  const double rounding = kRounding * std::max(norm_inf(about.low), norm_inf(about.high));
+  for (int step = 0; step < kMostSteps; ++step) {
+    const Vector3 way = p - p.cwiseMax(box.low).cwiseMin(box.high);
+    Vector3 next = p;
+    double least = kInfinity;
+    for (const Vector3& corner : corners) {
+      const Vector3 at = rotate_back(axes, corner);
+      if (const double height = dot(way, at); height < least) least = height, next = at;
+    }
+    if (least - dot(way, Vector3(p - way)) > rounding * norm(way)) return false;
+    const Vector3 ahead = next - p;
+    const double share = std::min(1.0, -dot(way, ahead) / dot(ahead, ahead));
+    if (!(share > 0.0)) return true;
+    p += share * ahead;
+  }
+  return true;
 }
 
 double least_limit(double over, std::span<const LimitBox> boxes, std::span<const Vector3> corners) {

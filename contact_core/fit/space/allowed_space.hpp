@@ -48,8 +48,7 @@ class AllowedSpace {
   double limit_at(const Vector3& p) const;
   /// The least that is allowed at any point of a cube, half of whose width is `half` [m].
   double least_limit(const Vector3& centre, double half) const;
-  /// The least that is allowed at any point of the hull of these corners, or of the box about them in the
-  /// axes of a box with an error of its own [m].
+  /// The least that is allowed at any point of the hull of these corners, or close beside it [m].
   double least_limit(std::span<const Vector3> corners) const;
   /// Whether the hexahedron holds a point that forbid() named.
   bool holds_forbidden(const SixPlanes& solid) const;
