@@ -236,11 +236,13 @@ class Search {
       if (result_.rows[i].is_held &&
           (!result_.best || is_better(result_.rows[i], result_.rows[*result_.best])))
         result_.best = i;
-    if (!result_.best || !result_.rows[*result_.best].serves) return;
-    // Without a zone a mesh needs one hexahedron, as any does.
+    if (!result_.best || !result_.rows[*result_.best].serves || result_.is_cut) return;
+    // Without a zone a mesh needs one hexahedron, as any does. Where errors add up, one of two meshes may
+    // have all of the tolerance.
     const ServesRow& best = result_.rows[*result_.best];
     for (std::size_t m = 0; m < solids_.size(); ++m)
-      result_.least += best.zones.empty() ? 1 : least_hexahedra(solids_[m], best.zones[m], tolerance_);
+      result_.least +=
+          best.zones.empty() ? 1 : least_hexahedra(solids_[m], best.zones[m], request_.tolerance);
   }
 
   FitRequest fit_;
@@ -365,15 +367,14 @@ std::string serves_text(const ServesResult& result, const ServesRequest& request
                       "no cover within the tolerance was found; the best so far is right to {:.4g} mm, "
                       "with {} hexahedra\n",
                       1e3 * best.in_zones, best.hexahedra);
-  return text +
-         fmt::format(
-             "coarsest that serves: {} hexahedra, {:.4g} mm elsewhere\nany cover that is right to the "
-             "tolerance "
-             "in these zones needs at least {}: as many points of the mesh are in no convex part of it two "
-             "by "
-             "two\n",
-             best.hexahedra, 1e3 * best.elsewhere, result.least) +
-         agreement_text(result, request);
+  text += fmt::format("coarsest that serves: {} hexahedra, {:.4g} mm elsewhere\n", best.hexahedra,
+                      1e3 * best.elsewhere);
+  if (result.least > 0)
+    text += fmt::format(
+        "any cover that is right to the tolerance in these zones needs at least {}: the meshes have as many "
+        "points, no two of which one convex part of such a cover can hold\n",
+        result.least);
+  return text + agreement_text(result, request);
 }
 
 std::string comparison_text(const ServesResult& result, const ServesRequest& request) {
@@ -381,6 +382,9 @@ std::string comparison_text(const ServesResult& result, const ServesRequest& req
                                     [](const ServesRow& row) { return row.is_uniform; });
   if (!result.best || uniform == result.rows.end()) return "";
   const ServesRow& best = result.rows[*result.best];
+  const auto times_fewer = [&](std::size_t count) {
+    return static_cast<double>(uniform->hexahedra) / static_cast<double>(count);
+  };
   // Differences are against the uniform cover's flight.
   program::TextTable table({"scene", "cover", "hexahedra", "certified error [mm]", "contacts",
                             "begins differ [ms]", "ends differ [ms]", "stops differ [mm]",
@@ -404,12 +408,13 @@ std::string comparison_text(const ServesResult& result, const ServesRequest& req
   return table.str() +
          "stops: where objects are as contacts begin; any frame: also where one flight is released a frame "
          "before the other, and goes on to where it is commanded to be\n" +
-         fmt::format(
-             "{:.3g} times fewer hexahedra (at most {:.3g} times with any cover), {:.3g} times as short a "
-             "frame\n",
-             static_cast<double>(uniform->hexahedra) / static_cast<double>(best.hexahedra),
-             static_cast<double>(uniform->hexahedra) / static_cast<double>(result.least),
-             uniform->flight.frame_us / best.flight.frame_us);
+         fmt::format("{:.3g} times fewer hexahedra{}, {:.3g} times as short a frame\n",
+                     times_fewer(best.hexahedra),
+                     result.least == 0
+                         ? ""
+                         : fmt::format(" (at most {:.3g} times with any cover that is right in these zones)",
+                                       times_fewer(result.least)),
+                     uniform->flight.frame_us / best.flight.frame_us);
 }
 
 }  // namespace touchstone::fitting

@@ -100,8 +100,8 @@ struct ServesResult {
   /// The row that serves with the fewest hexahedra; where none does, the one that is right to the least
   /// error.
   std::optional<std::size_t> best;
-  /// Where the best one serves: no cover that is within the tolerance in its zones has fewer hexahedra (a
-  /// bound from below, see least_hexahedra()).
+  /// Where the best one serves and all was tried: no covers that are within the tolerance in its zones have
+  /// fewer hexahedra (a bound from below, see least_hexahedra()). Covers with other zones may. 0: not known.
   std::size_t least = 0;
   bool is_cut = false;                     ///< the time was up before all was tried
   std::vector<std::string> left_out = {};  ///< rows but the first that were refused, and why

@@ -22,18 +22,18 @@ namespace {
 
 using testing::HasSubstr;
 
+std::string obj_text(const TriangleMesh& mesh) {
+  std::string text;
+  for (const Vector3& v : mesh.vertices) text += fmt::format("v {} {} {}\n", v.x(), v.y(), v.z());
+  for (const auto& t : mesh.triangles) text += fmt::format("f {} {} {}\n", t[0] + 1, t[1] + 1, t[2] + 1);
+  return text;
+}
+
 /// An angle stands; a cube of 0.2 m comes from x = 3 m at 0.5 m/s against the end of its leg at x = 2 m.
 class Serves : public FolderTest {
  protected:
   Serves() {
-    std::string obj;
-    const TriangleMesh mesh = weld(test::angle_mesh());
-    for (const Vector3& v : mesh.vertices)
-      obj += "v " + std::to_string(v.x()) + " " + std::to_string(v.y()) + " " + std::to_string(v.z()) + "\n";
-    for (const auto& t : mesh.triangles)
-      obj += "f " + std::to_string(t[0] + 1) + " " + std::to_string(t[1] + 1) + " " +
-             std::to_string(t[2] + 1) + "\n";
-    mesh_ = write("angle.obj", obj);
+    mesh_ = write("angle.obj", obj_text(weld(test::angle_mesh())));
     fit_.input.metres_per_unit = 1.0;
     fit_.repairs = 1;
     progress_ = std::make_unique<program::ProgressLine>();
@@ -297,11 +297,7 @@ TEST_F(Serves, TheLevelsOfTheScenesObjectGoWithItsHexahedra) {
 
 // Too coarse a cover for a zone of its own still has bores that stay open: their error is not the zones'.
 TEST_F(Serves, BoresThatStayOpenAreNoZones) {
-  std::string obj;
-  const TriangleMesh mesh = weld(test::tube_mesh(0.5, 1.0, 1.0, 32));
-  for (const Vector3& v : mesh.vertices) obj += fmt::format("v {} {} {}\n", v.x(), v.y(), v.z());
-  for (const auto& t : mesh.triangles) obj += fmt::format("f {} {} {}\n", t[0] + 1, t[1] + 1, t[2] + 1);
-  const std::filesystem::path tube = write("angle.obj", obj);
+  const std::filesystem::path tube = write("angle.obj", obj_text(weld(test::tube_mesh(0.5, 1.0, 1.0, 32))));
   ServesRequest asked = request(kComes);
   asked.meshes = {{tube, fit_.input, "angle"}};
   asked.tolerance = 0.06;  // 16 times as much is more than a quarter of the diagonal: no zone is asked for
@@ -404,6 +400,27 @@ TEST_F(Serves, OfTwoMeshesThatMeetTheErrorsAddUp) {
   const double closed_form = (3.0 - 2.0) / 0.5;
   EXPECT_LE(*best.flight.first_contact, closed_form + 1e-9);
   EXPECT_GE(*best.flight.first_contact, closed_form - (best.in_zones + 1e-6) / 0.5);
+}
+
+// Gaps of 1.4 tolerances: one of the two meshes may fill them, where the other one's cover has no error.
+TEST_F(Serves, WhatAnyCoversNeedLetsOneOfTwoMeshesHaveAllOfTheTolerance) {
+  TriangleMesh comb = test::box_mesh({0, 0, 0}, {3, 0.2, 1});
+  test::append(comb, test::box_mesh({0, 0.1, 0}, {0.3, 1.4, 1}));
+  for (int tooth = 0; tooth < 6; ++tooth)
+    test::append(comb, test::box_mesh({2 + 0.156 * tooth, 0.1, 0}, {2.1 + 0.156 * tooth, 0.7, 1}));
+  ServesRequest asked = request("    motion: {segments: [{velocity: [0, -0.5, 0]}]}\n");
+  asked.scene.objects[1].X_WO.p = Vector3(2, 1.5, 0.4);
+  asked.meshes = {
+      {write("comb.obj", obj_text(comb)), fit_.input, "angle"},
+      {write("bar.obj", obj_text(test::box_mesh({0, 0, 0}, {0.88, 0.1, 0.2}))), fit_.input, "cube"}};
+  const ServesResult result = find_coarsest(fit_, asked, *progress_);
+  ASSERT_TRUE(result.best);
+  const ServesRow& best = result.rows[*result.best];
+  ASSERT_TRUE(best.serves);
+  ASSERT_FALSE(best.zones.empty());
+  EXPECT_GT(best.in_zones, 0.5 * asked.tolerance);
+  EXPECT_GE(result.least, 2U);
+  EXPECT_LE(result.least, best.hexahedra);
 }
 
 TEST_F(Serves, TheUniformCoverStandsBesideTheFittedOne) {
