@@ -106,7 +106,7 @@ Twist ResolvedRate::column(std::span<const Pose> X_WL, const Vector3& p_W,
   return {cross(axis_W, p_W - transform(X_WP, joint.X_PJ.p)), axis_W};
 }
 
-double ResolvedRate::regularity(std::span<const Pose> X_WL, const Vector3& p_W) noexcept {
+double ResolvedRate::regularity(std::span<const Pose> X_WL, const Vector3& p_W) const noexcept {
   // J J^T and J^T J have the same singular values but for zeros; the smaller one is taken.
   Square M{}, L{};
   std::array<Column, kRows> kept{};

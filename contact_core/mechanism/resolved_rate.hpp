@@ -50,7 +50,7 @@ class ResolvedRate {
 
   /// How far the link is from a singularity: s as above, of as many singular values as there are joints where
   /// fewer than six move it; 0: singular to rounding [m].
-  double regularity(std::span<const Pose> X_WL, const Vector3& p_W) noexcept;
+  double regularity(std::span<const Pose> X_WL, const Vector3& p_W) const noexcept;
 
   /// Column j of the Jacobian: the velocity that the point p_W of the link gets from value j at rate 1; 0 if
   /// it is held.

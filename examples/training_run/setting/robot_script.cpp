@@ -17,8 +17,9 @@ namespace {
 
 constexpr double kGap = 0.05, kBlock = 0.2, kSpeed = 0.1;  // by the reach; the last a second
 constexpr double kOutward = 1.5, kSideways = 1.0;          // [s]
-constexpr double kOfRate = 0.5;     // of what the joint may: the others that move along have theirs
-constexpr double kSlowest = 100.0;  // times: a joint whose rate is about 0 does not take for ever
+constexpr double kOfRate = 0.5;          // of what the joint may: the others that move along have theirs
+constexpr std::size_t kMostStarts = 32;  // looked at: each is checked with a narrowphase of its own
+constexpr double kSlowest = 100.0;       // times: a joint whose rate is about 0 does not take for ever
 
 std::size_t joints_that_move(const Mechanism& robot, std::uint32_t link) {
   const auto chain = robot.chain(link);
@@ -137,21 +138,33 @@ Start start_at(const Mechanism& robot, std::uint32_t end, std::vector<double> q)
 
 /// Whether no links touch each other or the block.
 bool is_free(const std::shared_ptr<const Mechanism>& robot, const Start& start) {
-  const Obstacle block = {std::make_shared<const HexahedronTree>(start.block.tree), start.block.X_WO};
+  // A check tells links and obstacles apart by their names alone, so that a link may have the block's.
+  const HexahedronTree& tree = start.block.tree;
+  const auto has_link = [&](const std::string& name) {
+    return std::any_of(robot->links().begin(), robot->links().end(),
+                       [&](const Mechanism::Link& link) { return link.name == name; });
+  };
+  std::string name = tree.name();
+  while (has_link(name)) name += '\'';
+  const Obstacle block = {
+      std::make_shared<const HexahedronTree>(std::vector(tree.solids().begin(), tree.solids().end()), name),
+      start.block.X_WO};
   const ConfigurationCheck check({.mechanism = robot, .obstacles = {block}}, make_native());
   ConfigurationCheck::Scratch scratch = check.make_scratch();
   return check.is_free(start.q, scratch);
 }
 
-/// The first that is free; where none is, the first.
+/// The first that is free, of some and the last; where none is, the first.
 Start find_start(const std::shared_ptr<const Mechanism>& robot, std::uint32_t end) {
-  std::optional<Start> first;
-  for (std::vector<double>& q : starts_of(*robot, end)) {
-    Start start = start_at(*robot, end, std::move(q));
-    if (is_free(robot, start)) return start;
-    if (!first) first = std::move(start);
+  std::vector<std::vector<double>> starts = starts_of(*robot, end);
+  if (starts.size() > kMostStarts) starts.erase(starts.begin() + kMostStarts - 1, starts.end() - 1);
+  if (starts.size() > 1) {
+    for (const std::vector<double>& q : starts) {
+      Start start = start_at(*robot, end, q);
+      if (is_free(robot, start)) return start;
+    }
   }
-  return std::move(*first);
+  return start_at(*robot, end, std::move(starts.front()));
 }
 
 }  // namespace

@@ -29,9 +29,9 @@ double drawn(const Mechanism::Joint& joint, double start, measures::Random& rand
 }  // namespace
 
 std::vector<std::vector<double>> starts_of(const Mechanism& robot, std::uint32_t link) {
-  // The middle serves unless the hand is damped there, with the settings that it flies with.
+  // The middle serves where the hand is regular there, by the settings that it flies with.
   const std::vector<double> middle = robot_files::start_values(robot);
-  ResolvedRate control(robot, link);
+  const ResolvedRate control(robot, link);
   std::vector<Pose> X_WL(robot.links().size());
   const auto regularity = [&](const std::vector<double>& q) {
     robot.link_poses({}, q, X_WL);
