@@ -94,6 +94,7 @@ void SurfaceMeasure::add_triangle(const std::array<Vector3, 3>& corners) {
 }
 
 double SurfaceMeasure::distance(const Vector3& p) const {
+  if (triangles_.empty()) return kInfinity;
   // The triangle whose plane is nearest first: most of the others' planes are then too far away.
   std::array<double, kMostTriangles> heights;
   std::size_t nearest = 0;

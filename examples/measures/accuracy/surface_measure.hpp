@@ -14,7 +14,7 @@ namespace touchstone::measures {
 class SurfaceMeasure {
  public:
   explicit SurfaceMeasure(const WorldVertices& solid);
-  /// True when the hull has no volume; distance() may not be used then.
+  /// True when the hull has no volume; distance() is infinite then.
   bool is_flat() const { return triangles_.empty(); }
   /// From p to the surface, from inside too [m].
   double distance(const Vector3& p) const;
