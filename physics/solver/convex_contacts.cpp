@@ -39,6 +39,9 @@ constexpr int kMostRounds = 40, kMostSteps = 40;
 // Masses that differ by less than 1 / kAlike are alike; beyond, each kRoundBits of their ratio take as much
 // work again.
 constexpr double kAlike = 0.03, kRoundBits = 5.0;
+// The most by which softness falls for it, far above the rounding of impulses. A side of a contact that has
+// no more than 1 / kMostSpread of the largest entry of W cannot move there.
+constexpr double kMostSpread = 1e9;
 // Impulses prove a contradiction where commands could only be met at kNoWayOut times their speed: a
 // wedge of one in fifty is pressed out, a narrower one is held. Where that was proven lately, a few times do.
 constexpr double kNoWayOut = 50.0, kNoWayOutStill = 3.0;
@@ -94,31 +97,68 @@ void ConvexContacts::find_scales() {
     }
     put(scale, &scale_[BodyContacts::kLanes * i]);
   }
-  double most = largest_of(most_of), least = -largest_of(-least_of);
-  // Those of other rows.
-  for_other_rows([&](std::size_t row, std::size_t place) {
-    const SparseContacts::Row& r = problem_.rows[row];
-    double sum = 0.0;
-    for (int i = 0; i < r.count; ++i) {
-      double part = 0.0;
-      for (std::size_t k = 0; k < problem_.sizes[r.units[i]]; ++k)
-        part += problem_.J[r.first[i] + k] * problem_.Y[r.first[i] + k];
-      sum += part;
-      most = std::max(most, part);
-      if (part > 0.0) least = std::min(least, part);
+  const Entries of_contacts = with_others({largest_of(most_of), -largest_of(-least_of)});
+  const Entries of_all = with_joints(of_contacts);
+  soft_answer_ = kSoftAnswer / spread_of(of_contacts);
+  hardest_ = kSoftness / spread_of(of_all);
+  price_ = 1.0 / (1.0 + std::ilogb(spread_of(of_all)) / kRoundBits);  // the same bits from every C library
+}
+
+/// A contact's W is that of its lighter side, which may carry the heaviest body: as soft as for alike masses,
+/// it would yield to that one's weight by g h times kSoftAnswer times the masses' ratio.
+double ConvexContacts::spread_of(const Entries& entries) {
+  return entries.most > 0.0 ? std::clamp(kAlike * entries.most / entries.least, 1.0, kMostSpread) : 1.0;
+}
+
+/// A side's part of a diagonal entry of W.
+double ConvexContacts::entry_of(const SparseContacts::Row& row, int side) const {
+  double entry = 0.0;
+  for (std::size_t k = 0; k < problem_.sizes[row.units[side]]; ++k)
+    entry += problem_.J[row.first[side] + k] * problem_.Y[row.first[side] + k];
+  return entry;
+}
+
+/// With those of mechanisms' contacts, which set their scales. A side's entry is its largest in any
+/// direction: a link has rounding alone along its hinge's axis, and in all directions on it, which then does
+/// not count.
+ConvexContacts::Entries ConvexContacts::with_others(Entries entries) {
+  const auto for_sides = [&](const auto& visit) {
+    for (std::size_t i = 0; i < other_contacts_; ++i) {
+      const std::size_t* const rows = &other_rows_[3 * i];
+      for (int side = 0; side < problem_.rows[rows[0]].count; ++side) {
+        double largest = 0.0;
+        for (int d = 0; d < 3; ++d) largest = std::max(largest, entry_of(problem_.rows[rows[d]], side));
+        visit(largest);
+      }
     }
-    const bool is_contact = row < 3 * problem_.contacts;
-    const std::size_t other = place - first_other();
-    double& scale = scale_[is_contact ? first_other_contact() + other / 3
-                                      : first_joint() + (row - 3 * problem_.contacts)];
+  };
+  for (std::size_t i = 0; i < 3 * other_contacts_; ++i) {
+    const SparseContacts::Row& row = problem_.rows[other_rows_[i]];
+    double sum = 0.0, &scale = scale_[first_other_contact() + i / 3];
+    for (int side = 0; side < row.count; ++side) sum += entry_of(row, side);
     scale = std::max(scale, sum);
+  }
+  for_sides([&](double entry) { entries.most = std::max(entries.most, entry); });
+  for_sides([&](double entry) {
+    if (entry > entries.most / kMostSpread) entries.least = std::min(entries.least, entry);
   });
-  // A contact's W is that of its lighter side, which may carry the heaviest body: as soft as for alike
-  // masses, it would yield to that one's weight by g h times kSoftAnswer times the masses' ratio.
-  const double spread = std::max(1.0, kAlike * most / least);
-  hardest_ = kSoftness / spread;
-  soft_answer_ = kSoftAnswer / spread;
-  price_ = 1.0 / (1.0 + std::ilogb(spread) / kRoundBits);  // the same bits from every C library
+  return entries;
+}
+
+/// With those of joint rows, which set their scales.
+ConvexContacts::Entries ConvexContacts::with_joints(Entries entries) {
+  for (std::size_t j = 0; j < problem_.bounds.size(); ++j) {
+    const SparseContacts::Row& row = problem_.rows[3 * problem_.contacts + j];
+    double sum = 0.0;
+    for (int side = 0; side < row.count; ++side) {
+      const double entry = entry_of(row, side);
+      sum += entry;
+      entries.most = std::max(entries.most, entry);
+      if (entry > 0.0) entries.least = std::min(entries.least, entry);
+    }
+    scale_[first_joint() + j] = sum;
+  }
+  return entries;
 }
 
 void ConvexContacts::find_pairs() {

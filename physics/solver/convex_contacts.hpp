@@ -116,12 +116,20 @@ class ConvexContacts {
 
  private:
   enum class Outcome : std::uint8_t { solved, spent, stuck };
+  /// The largest and least part that a side of a contact or joint has of a diagonal entry of W.
+  struct Entries {
+    double most, least;
+  };
 
   void load(const SparseContacts& problem, std::span<const double> x);
   void find_body_contacts();
   void place_others();
   void add_lane(std::size_t contact);
   void find_scales();
+  static double spread_of(const Entries& entries);
+  double entry_of(const SparseContacts::Row& row, int side) const;
+  Entries with_others(Entries entries);
+  Entries with_joints(Entries entries);
   void find_pairs();
   Outcome minimise(double tolerance, WorkBudget& budget, int most_steps);
   void add(const SparseContacts::Row& row, std::span<const double> of, double factor,
