@@ -183,7 +183,9 @@ class DynamicsWorld {
     /// joint, and as for 18 at least; as many again for parting what overlaps. More than 64 contacts of
     /// bodies alone that come to rest count all: none overlaps by more than 0.1 mm, is touched by what is
     /// commanded to move, or is faster than gravity makes it in two steps. Bodies of masses up to 4 to 1 with
-    /// up to 64 contacts have half of it while they are parted. Each further millisecond of the step, up to
+    /// up to 64 contacts have half of it while they are parted, and four times as much where they are as slow
+    /// as that on what slides beneath them without carrying them (a queue on a belt; without gravity none
+    /// are). Each further millisecond of the step, up to
     /// 16 in all, gives as for 18 more to all of these together that need it; bodies of masses up to 4 to 1
     /// take as much of it as they have, none with more than 64 contacts or while they are parted. Bodies of
     /// masses that differ by 1e3 or 1e6 have 2 and 4.5 times as much, and their islands' rounds take 2 and 4

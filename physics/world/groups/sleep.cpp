@@ -7,6 +7,10 @@
 namespace touchstone::physics::stepping {
 namespace {
 
+// Of the speed of what is commanded: bodies that leave more than this share of it between them are passed by
+// it, those that are carried leave none.
+constexpr double kPassed = 0.5;
+
 bool is_still(const Body& body, double speed) {
   const BodyInertia& inertia = body.body.inertia();
   const double trace = (inertia.inertia_B(0, 0) + inertia.inertia_B(1, 1)) + inertia.inertia_B(2, 2);
@@ -100,20 +104,28 @@ bool rests(const GroupState& group, double speed, const Movers& movers) {
 }
 
 bool waits(const GroupState& group, double speed, double closing, const Movers& movers) {
-  const auto slides = [&](const Mover& mover, const Contact& contact) {
+  // What is commanded slides along the bodies, and somewhere they do not follow it.
+  bool is_passed = false;
+  const auto slides = [&](const Mover& mover, const Mover& other, const Contact& contact) {
     if (mover.kind != Mover::Kind::body || !moves(movers.bodies[mover.index])) return true;
     const Body& body = movers.bodies[mover.index];
-    const Vector3 lever_W = contact.p_A_W - body.X_WB.p;
-    const Vector3 v_W = body.commanded_v_W + cross(body.commanded_w_W, lever_W);
+    const Vector3 v_W = body.commanded_v_W + cross(body.commanded_w_W, contact.p_A_W - body.X_WB.p);
+    Vector3 other_v_W = Vector3::Zero();
+    if (other.kind == Mover::Kind::body && !movers.bodies[other.index].is_kinematic) {
+      const Body& follower = movers.bodies[other.index];
+      other_v_W = follower.body.velocity(follower.state) +
+                  cross(follower.body.angular_velocity(follower.state), contact.p_A_W - follower.state.p_W);
+    }
+    is_passed = is_passed || norm(v_W - other_v_W) > kPassed * norm(v_W);
     return std::abs(dot(contact.n_AB_W, v_W)) <= closing;
   };
   return group.members.mechanisms.empty() && is_driven(group, movers) &&
          std::all_of(group.points.begin(), group.points.end(),
                      [&](const GroupPoint& point) {
-                       return slides(point.contact->a, *point.contact) &&
-                              slides(point.contact->b, *point.contact);
+                       const Contact& contact = *point.contact;
+                       return slides(contact.a, contact.b, contact) && slides(contact.b, contact.a, contact);
                      }) &&
-         are_still(group, speed, movers);
+         is_passed && are_still(group, speed, movers);
 }
 
 void count_stillness(const GroupState& group, const StepContext& step, Movers& movers) {

@@ -21,8 +21,8 @@ void wake_all(Movers& movers);
 void wake_touched(Movers& movers, std::span<const Contact> contacts);
 /// Bodies alone that nothing commanded touches, none faster than `speed` [m/s], as Settings::sleep_speed.
 bool rests(const GroupState& group, double speed, const Movers& movers);
-/// Such bodies along which what is commanded to move slides, as a belt, closing or parting by no more than
-/// `closing` [m/s] at any contact.
+/// Bodies as slow as that along which what is commanded to move slides, as a belt, closing or parting by no
+/// more than `closing` [m/s] at any contact. What is carried by it alone does not wait.
 bool waits(const GroupState& group, double speed, double closing, const Movers& movers);
 /// At the end of the step: all bodies of the group go to sleep, or none.
 void count_stillness(const GroupState& group, const StepContext& step, Movers& movers);

@@ -546,6 +546,32 @@ TEST(BoundedSteps, AQueueAtAStopRestsOnABeltThatRunsOn) {
   }
 }
 
+TEST(BoundedSteps, WhatABeltCarriesHasTheWorkOfWhatStands) {
+  // At 60 Hz gravity makes 0.33 m/s in two steps: cubes that follow a belt of 0.2 m/s are as slow as a queue.
+  std::uint32_t newton_steps[2] = {};
+  for (const bool is_carried : {false, true}) {
+    Cubes scene;
+    DynamicsWorld::Settings settings = scene.world.settings();
+    settings.work = 1.0;
+    scene.world = DynamicsWorld(settings);
+    const Vector3 v(is_carried ? 0.2 : 0.0, 0, 0);
+    scene.contacts->add(Mover::of_body(scene.world.add_kinematic(at({0, 0, -0.5}), v, Vector3::Zero())),
+                        scene.ground_tree, {0.5, 0.0});
+    for (std::uint32_t i = 1; i <= 6; ++i) {
+      scene.add_cube({0.02 * (i % 2), 0, kCubeSide * (i - 0.5)});
+      const Vector3 off(0.01 * (i % 3), 0.02 * (i % 2), -0.03 * (i % 4));
+      scene.world.set_state(i, scene.cube.state(scene.world.pose(i), v + off, {0.1, 0, 0.05}));
+    }
+    scene.contacts->build();
+    for (int i = 0; i < 5; ++i) {
+      const StepReport report = scene.step(1.0 / 60.0);
+      ASSERT_EQ(report.failure, StepFailure::none);
+      newton_steps[is_carried] += report.newton_steps;
+    }
+  }
+  EXPECT_LE(newton_steps[1], newton_steps[0] + 1);
+}
+
 /// One step of cubes, on top of each other, that meet at speed.
 struct Jam : Cubes {
   explicit Jam(double work, int count = 12) {
