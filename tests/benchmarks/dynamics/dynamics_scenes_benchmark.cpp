@@ -264,12 +264,16 @@ bool has_any(std::string_view text, std::string_view parts) {
 
 bool is_drawn(std::string_view name) { return name.starts_with("drawn:") || name.starts_with("strange:"); }
 
-/// Of the name of an engine; `own@WORK`: ours with so much work a step. @return empty: there is none.
+/// Of the name of an engine; `own@WORK`: ours with so much work a step, > 0. @return empty: there is none.
 MakeEngine engine_of(const std::string& name) {
   constexpr std::string_view kOwnAt = "own@";
   if (name == "own") return [](const BoxScene& scene) { return make_own(scene); };
-  if (name.starts_with(kOwnAt))
-    return [work = std::atof(&name[kOwnAt.size()])](const BoxScene& scene) { return make_own(scene, work); };
+  if (name.starts_with(kOwnAt)) {
+    char* end = nullptr;
+    const double work = std::strtod(&name[kOwnAt.size()], &end);
+    if (*end != '\0' || !(work > 0.0)) return MakeEngine();
+    return [work](const BoxScene& scene) { return make_own(scene, work); };
+  }
   if (name == "bullet") return make_bullet;
   if (name == "ode") return make_ode;
   return name == "mujoco" ? MakeEngine(make_mujoco) : MakeEngine();

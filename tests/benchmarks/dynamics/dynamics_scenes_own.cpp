@@ -71,7 +71,9 @@ class Own final : public BoxEngine {
     return std::to_string(unconverged_) + " of " + std::to_string(solves_) + " solves unconverged, " +
            std::to_string(contradictory_) + " contradictory, work ended in " + std::to_string(spent_) +
            " steps, most Newton steps " + std::to_string(most_newton_steps_) +
-           (solving_ > 0 ? std::string(", worst residual of a step ") + residual + " m/s" : "") +
+           (solving_ > 0
+                ? std::string(", worst residual of a step in the geometric mean ") + residual + " m/s"
+                : "") +
            (failed_ > 0 ? ", " + std::to_string(failed_) + " steps FAILED" : "");
   }
   std::string remarks_on(std::size_t step) const override {

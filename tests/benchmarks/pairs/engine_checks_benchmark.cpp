@@ -99,7 +99,10 @@ int main(int argc, char** argv) try {
     const std::string text = argv[i];
     const std::size_t equals = text.find('=');
     if (equals == std::string::npos) throw InputError("no PARAMETER=FIGURE: '" + text + "'");
-    parameters[text.substr(0, equals)] = std::atof(text.c_str() + equals + 1);
+    char* end = nullptr;
+    const double figure = std::strtod(text.c_str() + equals + 1, &end);
+    if (*end != '\0' || end == text.c_str() + equals + 1) throw InputError("no figure: '" + text + "'");
+    parameters[text.substr(0, equals)] = figure;
     changed += ", `" + text + "`";
   }
   const DynamicScene scene = load_dynamic_scene(argv[1], parameters);
