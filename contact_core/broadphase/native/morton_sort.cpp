@@ -101,9 +101,17 @@ bool MortonSort::go_on(std::span<const Sphere> spheres, std::span<std::uint32_t>
   return true;
 }
 
+/// Objects that are near each other are anywhere in memory.
+void MortonSort::fetch_ahead(std::span<const Sphere> spheres,
+                             std::span<const std::uint32_t> order) const noexcept {
+  constexpr std::uint32_t kAhead = 16;
+  if (at_ + kAhead < range_.last) __builtin_prefetch(&spheres[order[at_ + kAhead]]);
+}
+
 void MortonSort::find_bounds(std::span<const Sphere> spheres, std::span<const std::uint32_t> order,
                              std::uint32_t end) noexcept {
   for (; at_ < end; ++at_) {
+    fetch_ahead(spheres, order);
     const Vector3& c = spheres[order[at_]].centre;
     if (is_finite(c)) low_ = low_.cwiseMin(c), high_ = high_.cwiseMax(c);
   }
@@ -128,6 +136,7 @@ bool MortonSort::begin_keys() noexcept {
 void MortonSort::find_keys(std::span<const Sphere> spheres, std::span<const std::uint32_t> order,
                            std::uint32_t end) noexcept {
   for (; at_ < end; ++at_) {
+    fetch_ahead(spheres, order);
     const std::uint32_t key = morton_key(spheres[order[at_]].centre, low_, cells_per_metre_);
     keys_[at_] = key;
     if (is_few()) continue;

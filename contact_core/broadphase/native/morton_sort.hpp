@@ -37,6 +37,7 @@ class MortonSort {
 
   bool is_few() const noexcept;
   void begin_range() noexcept;
+  void fetch_ahead(std::span<const Sphere> spheres, std::span<const std::uint32_t> order) const noexcept;
   void find_bounds(std::span<const Sphere> spheres, std::span<const std::uint32_t> order,
                    std::uint32_t end) noexcept;
   bool begin_keys() noexcept;

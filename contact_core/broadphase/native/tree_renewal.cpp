@@ -44,11 +44,12 @@ void TreeRenewal::note_moved(std::uint32_t object, const SolidBounds& bounds) no
   if (stage_ >= Stage::place && next_.slot_of[object] != kNowhere) next_.place(object, bounds);
 }
 
-// Memory may be new to both lists: its pages cost more than all else.
+// Memory may be new to both lists: its pages cost more than all else. A sphere has less of it than a node.
 bool TreeRenewal::make_room(std::size_t& work) noexcept {
   const std::size_t room = next_.tree.room(), most = (work + kBoxWork - 1) / kBoxWork;
   const bool has_nodes = next_.tree.make_nodes(most);
-  if (next_.sphere_at.size() < room) next_.sphere_at.resize(std::min(room, next_.sphere_at.size() + most));
+  const std::size_t spheres = next_.sphere_at.size();
+  if (spheres < room) next_.sphere_at.resize(std::min(room, spheres + kSpheresOfANode * most));
   if (has_nodes && next_.sphere_at.size() >= room) return true;
   work = 0;
   return false;

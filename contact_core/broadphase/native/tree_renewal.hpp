@@ -86,6 +86,10 @@ class TreeRenewal {
   static constexpr std::uint32_t kNowhere = ObjectTree::kNoObject;
   /// A box costs as much as this many other steps.
   static constexpr std::size_t kBoxWork = 4;
+  /// As many take as much memory as a node.
+  static constexpr std::size_t kSpheresOfANode = sizeof(ObjectTree::Node) / sizeof(Sphere);
+  /// Objects are fetched as many before they are placed.
+  static constexpr std::uint32_t kAhead = 16;
 
   bool make_room(std::size_t& work) noexcept;
   bool copy(const ObjectTree& now, std::size_t& work) noexcept;
@@ -95,6 +99,7 @@ class TreeRenewal {
   template <class Belongs>
   bool place(const SolidBounds& bounds, std::size_t& work, const Belongs& belongs) noexcept {
     for (; at_ < next_.tree.room() && take(work); ++at_) {
+      if (at_ + kAhead < next_.tree.size()) fetch(next_.tree.object_at(at_ + kAhead), bounds);
       const std::uint32_t object = at_ < next_.tree.size() ? next_.tree.object_at(at_) : kNowhere;
       if (object == kNowhere || !belongs(object) || next_.slot_of[object] != kNowhere) {
         next_.tree.leave_empty(at_);
@@ -119,6 +124,11 @@ class TreeRenewal {
       next_.place(object, bounds);
     }
     return true;
+  }
+
+  void fetch(std::uint32_t object, const SolidBounds& bounds) const noexcept {
+    if (object == kNowhere) return;
+    __builtin_prefetch(&next_.slot_of[object], 1), __builtin_prefetch(&bounds.object_spheres_W()[object]);
   }
 
   static bool take(std::size_t& work) noexcept {
