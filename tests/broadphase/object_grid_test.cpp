@@ -202,7 +202,24 @@ TEST_P(GridOfCrowd, FindsWhatTryingAllFinds) {
   }
 }
 
-/// Of every `step`-th object from `first` on.
+/// Of these objects, asked about at once.
+void expect_neighbours_of(CrowdScene& crowd, std::span<const std::uint32_t> objects) {
+  Pairs found, wanted;
+  crowd.grid().for_each_near_of(
+      static_cast<std::uint32_t>(objects.size()),
+      [&](std::uint32_t k) { return crowd.bounds().object_spheres_W()[objects[k]]; },
+      [&](std::uint32_t k, std::uint32_t other, bool is_sure) {
+        const bool pairs = crowd.pairs(objects[k], other);
+        ASSERT_TRUE(pairs || !is_sure || other == objects[k]) << objects[k] << ", " << other;
+        if (pairs) found.push_back({objects[k], other});
+      });
+  for (const std::uint32_t object : objects)
+    for (std::uint32_t other = 0; other < crowd.bounds().objects(); ++other)
+      if (crowd.pairs(object, other)) wanted.push_back({object, other});
+  ASSERT_EQ(sorted(found), sorted(wanted));
+}
+
+/// Of every `step`-th object from `first` on, one by one and several at once.
 void expect_all_neighbours(CrowdScene& crowd, std::uint32_t first, std::uint32_t step) {
   for (std::uint32_t object = first; object < crowd.bounds().objects(); object += step) {
     std::vector<std::uint32_t> found, wanted;
@@ -213,6 +230,13 @@ void expect_all_neighbours(CrowdScene& crowd, std::uint32_t first, std::uint32_t
       if (crowd.pairs(object, other)) wanted.push_back(other);
     std::sort(found.begin(), found.end());
     ASSERT_EQ(found, wanted) << object;
+  }
+  std::vector<std::uint32_t> asked;
+  for (std::uint32_t object = first; object < crowd.bounds().objects(); object += step) {
+    asked.push_back(object);
+    if (asked.size() < ObjectGrid::kTogether && object + step < crowd.bounds().objects()) continue;
+    ASSERT_NO_FATAL_FAILURE(expect_neighbours_of(crowd, asked));
+    asked.clear();
   }
 }
 

@@ -61,7 +61,8 @@ class ObjectForest {
   /// Calls visit(object, other) for all that pair with one of these, until it returns false.
   template <class Visit>
   bool for_each_pair_of(std::span<const std::uint32_t> objects, Visit visit) const noexcept {
-    if (has_grid_ || bounds_.on_paths()) {
+    if (has_grid_) return for_each_in_grid_of(objects, visit);
+    if (bounds_.on_paths()) {
       for (const std::uint32_t object : objects)
         if (!for_each_partner(object, 0, [&](std::uint32_t other) { return visit(object, other); }))
           return false;
@@ -92,11 +93,34 @@ class ObjectForest {
   bool for_each_in_grid(std::uint32_t object, std::uint32_t first, Visit visit) const noexcept {
     bool goes_on = true;
     grid_.for_each_near(bounds_.object_spheres_W()[object], [&](std::uint32_t other) {
-      if (!goes_on || other < first || other == object || !bounds_.may_pair(object, other)) return;
-      if (bounds_.is_gone(other) || (bounds_.is_static(object) && bounds_.is_static(other))) return;
-      goes_on = visit(other);
+      if (!goes_on || other < first || other == object) return;
+      if (may_pair_in_grid(object, other)) goes_on = visit(other);
     });
     return goes_on;
+  }
+
+  template <class Visit>
+  bool for_each_in_grid_of(std::span<const std::uint32_t> objects, Visit& visit) const noexcept {
+    bool goes_on = true;
+    const std::span<const Sphere> spheres_W = bounds_.object_spheres_W();
+    for (std::size_t first = 0; first < objects.size() && goes_on; first += ObjectGrid::kTogether) {
+      std::array<std::uint32_t, ObjectGrid::kTogether> asked;
+      std::uint32_t count = 0;
+      for (std::size_t i = first; i < std::min(first + ObjectGrid::kTogether, objects.size()); ++i)
+        if (!bounds_.is_gone(objects[i])) asked[count++] = objects[i];
+      grid_.for_each_near_of(
+          count, [&](std::uint32_t k) { return spheres_W[asked[k]]; },
+          [&](std::uint32_t k, std::uint32_t other, bool is_sure) {
+            const std::uint32_t object = asked[k];
+            if (!goes_on || other == object) return;
+            if (is_sure || may_pair_in_grid(object, other)) goes_on = visit(object, other);
+          });
+    }
+    return goes_on;
+  }
+  bool may_pair_in_grid(std::uint32_t object, std::uint32_t other) const noexcept {
+    return bounds_.may_pair(object, other) && !bounds_.is_gone(other) &&
+           !(bounds_.is_static(object) && bounds_.is_static(other));
   }
 
   /// Spheres are tested a moment after they are found: they are fetched meanwhile.

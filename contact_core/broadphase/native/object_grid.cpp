@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
@@ -43,6 +44,7 @@ constexpr std::uint32_t kFramesToWait = 31;
 
 // One object in so many may be late, and these few.
 constexpr std::uint32_t kLateShare = 4, kFewLate = 64;
+constexpr float kInfiniteFloat = std::numeric_limits<float>::infinity();
 // Where an object was that has left: no square of a distance to it is finite.
 constexpr float kGone = 1e30F;
 
@@ -51,6 +53,8 @@ std::uint32_t sampled(std::uint32_t sample, std::uint32_t samples, std::uint32_t
   const std::uint64_t jitter = sample * 0x9E3779B1U >> 16;
   return static_cast<std::uint32_t>((((std::uint64_t{sample} << 16) + jitter) * objects / samples) >> 16);
 }
+
+Floats all_lanes(float v) { return Floats{v, v, v, v}; }
 
 double quantile(std::vector<double>& values, double share) {
   const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
@@ -79,10 +83,10 @@ class ObjectGrid::Probe {
         zs_(grid.z_.data()),
         radii_(grid.radius_.data()),
         doubt_(grid.doubt_),
-        x_(all(xs_[at])),
-        y_(all(ys_[at])),
-        z_(all(zs_[at])),
-        radius_(all(radii_[at])) {}
+        x_(all_lanes(xs_[at])),
+        y_(all_lanes(ys_[at])),
+        z_(all_lanes(zs_[at])),
+        radius_(all_lanes(radii_[at])) {}
 
   /// Calls meet(position, is_sure) for those that it met in a run.
   template <class Meet>
@@ -102,8 +106,6 @@ class ObjectGrid::Probe {
 
  private:
   static constexpr std::uint32_t kGroups = 16;
-  static Floats all(float v) { return Floats{v, v, v, v}; }
-
   /// Up to where there is no room for more hits.
   std::uint32_t test_some(std::uint32_t first, std::uint32_t end) noexcept {
     for (; first < end && groups_ < kGroups; first += 4) {
@@ -309,8 +311,8 @@ bool ObjectGrid::fill(const SolidBounds& bounds, TaskRunner* threads) noexcept {
   in_cells_ = part_start_[kLoosePart], loose_ = next - in_cells_;
   loose_now_ = loose_;
   if (loose_ > most_loose()) return false;
-  most_radius_ =
-      *std::max_element(chunk_radius_.begin(), chunk_radius_.begin() + static_cast<std::ptrdiff_t>(chunks));
+  note_radius(
+      *std::max_element(chunk_radius_.begin(), chunk_radius_.begin() + static_cast<std::ptrdiff_t>(chunks)));
   // Objects are thrown on their parts, and these sorted.
   spots_.resize(next), order_.resize(next);
   for (GrowingList<float>* list : {&x_, &y_, &z_, &radius_}) list->resize(next + 4);
@@ -325,11 +327,15 @@ bool ObjectGrid::fill(const SolidBounds& bounds, TaskRunner* threads) noexcept {
   run_tasks(threads, cell_parts_, sort);
   cell_start_[count_[0] * count_[1] * count_[2]] = in_cells_;
   for (std::uint32_t at = in_cells_; at < next; ++at) order_[at] = spots_[at].object;
-  // Growth of both radii, in both squares, as Probe says.
+  return true;
+}
+
+/// Growth of both radii, in both squares, as Probe says.
+void ObjectGrid::note_radius(float most) noexcept {
+  most_radius_ = most;
   const double reach = 2.0 * most_radius_;
   doubt_ =
       static_cast<float>(reach * reach * 0x1p-15 + 8.0 * reach * (farthest_ * kCoordinateGrowth + tiny_));
-  return true;
 }
 
 std::uint32_t ObjectGrid::most_loose() const noexcept {
@@ -387,7 +393,7 @@ void ObjectGrid::enter(std::uint32_t object, const SolidBounds& bounds) noexcept
   Late& late = late_[index];
   late.spot = {0.0F, 0.0F, 0.0F, 0.0F, object, 0};
   if (place(bounds.object_spheres_W()[object], late.spot))
-    most_radius_ = std::max(most_radius_, late.spot.radius);
+    note_radius(std::max(most_radius_, late.spot.radius));
   else
     late.spot.cell = kIsLoose, ++loose_now_;
   std::uint32_t& list = list_of(late.spot.cell);
@@ -464,6 +470,52 @@ bool ObjectGrid::is_quick() const noexcept {
          tests <= kTestsPerObject + kTestsPerPair * pairs;
 }
 
+void ObjectGrid::prefetch_run(std::uint32_t low, std::uint32_t high) const noexcept {
+  const std::uint32_t first = cell_start_[low], end = cell_start_[high + 1];
+  for (const GrowingList<float>* list : {&x_, &y_, &z_, &radius_})
+    __builtin_prefetch(&(*list)[first]), __builtin_prefetch(&(*list)[end]);
+  __builtin_prefetch(order_.data() + first);
+  if (late_.empty()) return;
+  for (std::uint32_t list = low / kCellsPerList; list <= high / kCellsPerList; ++list)
+    if (late_head_[list] != kNoIndex) __builtin_prefetch(&late_[late_head_[list]]);
+}
+
+std::size_t ObjectGrid::find_near(const Reach& reach, std::span<Near, kMostNear> found) const noexcept {
+  std::size_t count = 0;
+  bool fits = !reach.takes_all;
+  const float *xs = x_.data(), *ys = y_.data(), *zs = z_.data(), *radii = radius_.data();
+  const std::uint32_t *starts = cell_start_.data(), *order = order_.data();
+  const auto add_late = [&](const Spot& spot) {
+    const float by = slack(reach, spot.x, spot.y, spot.z, spot.radius);
+    if (count < kMostNear)
+      found[count++] = {spot.object, by > reach.doubt && is_plain_ ? 1U : 0U};
+    else
+      fits = false;
+  };
+  const Floats x = all_lanes(reach.x), y = all_lanes(reach.y), z = all_lanes(reach.z),
+               radius = all_lanes(reach.radius), doubt = all_lanes(is_plain_ ? reach.doubt : kInfiniteFloat);
+  for_each_row(reach, [&](std::uint32_t low, std::uint32_t high) {
+    const std::uint32_t end = starts[high + 1];
+    const std::size_t begin = count;
+    // Four at a time: those that are met are kept without a branch, which none could predict.
+    for (std::uint32_t at = starts[low]; at < end && fits; at += 4) {
+      const Floats dx = load_floats(xs + at) - x, dy = load_floats(ys + at) - y,
+                   dz = load_floats(zs + at) - z, sum = load_floats(radii + at) + radius;
+      const Floats by = sum * sum - ((dx * dx + dy * dy) + dz * dz);
+      const std::uint32_t hit = lane_mask(by >= 0.0F) & 15U >> (4 - std::min(end - at, 4U));
+      const std::uint32_t sure = lane_mask(by > doubt);
+      fits = count + 4 <= kMostNear;
+      for (std::uint32_t lane = 0; lane < 4 && fits; ++lane) {
+        found[count] = {at + lane, sure >> lane & 1U};
+        count += hit >> lane & 1U;
+      }
+    }
+    for (std::size_t i = begin; i < count; ++i) found[i].object = order[found[i].object];
+    if (!late_.empty()) for_each_late(reach, low, high, add_late);
+  });
+  return fits ? count : kMostNear + 1;
+}
+
 void ObjectGrid::list_part(std::size_t part, const SolidBounds& bounds,
                            PairList::Writer& writer) const noexcept {
   // The part after the last one of cells has the loose objects.
@@ -501,7 +553,7 @@ void ObjectGrid::list_loose(const SolidBounds& bounds, PairList::Writer& writer)
     const std::uint32_t object = order_[at];
     if (object == kNoIndex) continue;
     const auto add_pair = [&](std::uint32_t other) { add(object, other, false, bounds, writer); };
-    for_each_in_cells(bounds.object_spheres_W()[object], add_pair);
+    for_each_in_cells(reach_of(bounds.object_spheres_W()[object]), add_pair);
     for (std::uint32_t other = at + 1; other < in_cells_ + loose_; ++other)
       if (order_[other] != kNoIndex) add_pair(order_[other]);
     for (std::uint32_t i = late_loose_; i != kNoIndex; i = late_[i].next) add_pair(late_[i].spot.object);
@@ -519,7 +571,7 @@ void ObjectGrid::list_late(const SolidBounds& bounds, PairList::Writer& writer) 
       const bool is_late = (place_[other] & kIsLate) != 0;
       if (!is_late || other < object) add(object, other, false, bounds, writer);
     };
-    for_each_in_cells(sphere, add_pair);
+    for_each_in_cells(reach_of(sphere), add_pair);
     for (std::uint32_t i = late_loose_; i != kNoIndex; i = late_[i].next) add_pair(late_[i].spot.object);
   }
 }
@@ -557,6 +609,7 @@ ObjectGrid::Reach ObjectGrid::reach_of(const Sphere& sphere) const noexcept {
   reach.x = static_cast<float>(at[0]), reach.y = static_cast<float>(at[1]),
   reach.z = static_cast<float>(at[2]);
   reach.radius = static_cast<float>(radius);
+  reach.doubt = far <= farthest_ && reach.radius <= most_radius_ ? doubt_ : kInfiniteFloat;
   for (int k = 0; k < 3; ++k) {
     const float middle = static_cast<float>(at[k]), half = reach.radius + most_radius_;
     const float per_side = k == 0 ? kCellsPerSide : 1.0F;

@@ -55,11 +55,37 @@ class ObjectGrid {
   /// Calls visit(other) for all objects that may pair with one there, itself included if it is one of them.
   template <class Visit>
   void for_each_near(const Sphere& sphere, Visit visit) const noexcept {
-    for_each_in_cells(sphere, visit);
-    for (std::uint32_t at = in_cells_; at < in_cells_ + loose_; ++at)
-      if (order_[at] != kNoIndex) visit(order_[at]);
-    for (std::uint32_t i = late_loose_; i != kNoIndex; i = late_[i].next) visit(late_[i].spot.object);
+    for_each_in_cells(reach_of(sphere), visit);
+    for_each_loose(visit);
   }
+
+  /// The same for a few spheres at once, with visit(k, other, is_sure) for sphere_of(k), k < count: is_sure
+  /// tells that they touch, both are there and not both static. What one sphere needs is fetched while those
+  /// before it are looked at.
+  template <class SphereOf, class Visit>
+  void for_each_near_of(std::uint32_t count, SphereOf sphere_of, Visit visit) const noexcept {
+    std::array<Reach, kTogether> reaches;
+    for (std::uint32_t k = 0; k < count; ++k) {
+      reaches[k] = reach_of(sphere_of(k));
+      for_each_row(reaches[k], [&](std::uint32_t low, std::uint32_t high) { prefetch_cells(low, high); });
+    }
+    for (std::uint32_t k = 0; k < count + kAhead; ++k) {
+      if (k < count)
+        for_each_row(reaches[k], [&](std::uint32_t low, std::uint32_t high) { prefetch_run(low, high); });
+      if (k < kAhead) continue;
+      std::array<Near, kMostNear> found;
+      const std::uint32_t asked = k - kAhead;
+      const std::size_t near = find_near(reaches[asked], found);
+      const auto visit_one = [&](std::uint32_t other) { visit(asked, other, false); };
+      if (near > kMostNear)
+        for_each_in_cells(reaches[asked], visit_one);
+      else
+        for (const Near& one : std::span(found).first(near)) visit(asked, one.object, one.is_sure != 0);
+      for_each_loose(visit_one);
+    }
+  }
+  /// As many spheres are asked about together at most.
+  static constexpr std::uint32_t kTogether = 8;
 
  private:
   static constexpr std::size_t kMostChunks = 128;
@@ -76,6 +102,11 @@ class ObjectGrid {
     float x, y, z, radius;
     std::array<std::uint32_t, 3> low, high;
     bool takes_all;  // of these cells: floats are too coarse
+    float doubt;     // as doubt_; infinite where that is for others
+  };
+  /// An object that a sphere met, at first by its position.
+  struct Near {
+    std::uint32_t object, is_sure;
   };
   struct Row {
     std::uint32_t y, z;
@@ -92,18 +123,34 @@ class ObjectGrid {
   struct Sample;
   class Probe;
 
+  /// Calls visit(low, high) for the cells of each row, both included.
   template <class Visit>
-  void for_each_in_cells(const Sphere& sphere, Visit visit) const noexcept {
-    const Reach reach = reach_of(sphere);
+  void for_each_row(const Reach& reach, Visit visit) const noexcept {
     for (std::uint32_t z = reach.low[2]; z <= reach.high[2]; ++z)
       for (std::uint32_t y = reach.low[1]; y <= reach.high[1]; ++y) {
         const std::uint32_t row = row_at_[z * count_[1] + y] * count_[0];
-        const std::uint32_t end = cell_start_[row + reach.high[0] + 1];
-        for (std::uint32_t at = cell_start_[row + reach.low[0]]; at < end; ++at)
-          if (reach.takes_all ? order_[at] != kNoIndex : meets(reach, x_[at], y_[at], z_[at], radius_[at]))
-            visit(order_[at]);
-        if (!late_.empty()) for_each_late(reach, row + reach.low[0], row + reach.high[0], visit);
+        visit(row + reach.low[0], row + reach.high[0]);
       }
+  }
+
+  template <class Visit>
+  void for_each_in_cells(const Reach& reach, Visit visit) const noexcept {
+    for_each_row(reach, [&](std::uint32_t low, std::uint32_t high) {
+      const std::uint32_t end = cell_start_[high + 1];
+      for (std::uint32_t at = cell_start_[low]; at < end; ++at)
+        if (reach.takes_all ? order_[at] != kNoIndex
+                            : slack(reach, x_[at], y_[at], z_[at], radius_[at]) >= 0.0F)
+          visit(order_[at]);
+      const auto visit_late = [&](const Spot& spot) { visit(spot.object); };
+      if (!late_.empty()) for_each_late(reach, low, high, visit_late);
+    });
+  }
+
+  template <class Visit>
+  void for_each_loose(Visit visit) const noexcept {
+    for (std::uint32_t at = in_cells_; at < in_cells_ + loose_; ++at)
+      if (order_[at] != kNoIndex) visit(order_[at]);
+    for (std::uint32_t i = late_loose_; i != kNoIndex; i = late_[i].next) visit(late_[i].spot.object);
   }
 
   /// In these cells of a row.
@@ -113,9 +160,22 @@ class ObjectGrid {
       for (std::uint32_t i = late_head_[list]; i != kNoIndex; i = late_[i].next) {
         const Spot& spot = late_[i].spot;
         if (spot.cell < low || spot.cell > high) continue;
-        if (reach.takes_all || meets(reach, spot.x, spot.y, spot.z, spot.radius)) visit(spot.object);
+        if (reach.takes_all || slack(reach, spot.x, spot.y, spot.z, spot.radius) >= 0.0F) visit(spot);
       }
   }
+
+  /// Spheres ahead whose runs are fetched, and how many objects near one are kept.
+  static constexpr std::uint32_t kAhead = 2;
+  static constexpr std::size_t kMostNear = 128;
+
+  void prefetch_cells(std::uint32_t low, std::uint32_t high) const noexcept {
+    __builtin_prefetch(&cell_start_[low]), __builtin_prefetch(&cell_start_[high + 1]);
+    if (!late_.empty()) __builtin_prefetch(&late_head_[low / kCellsPerList]);
+  }
+  void prefetch_run(std::uint32_t low, std::uint32_t high) const noexcept;
+  /// Those in cells. @returns how many; more than there is room for: not all are found.
+  std::size_t find_near(const Reach& reach, std::span<Near, kMostNear> found) const noexcept;
+  void note_radius(float most) noexcept;
 
   bool choose_cells(const SolidBounds& bounds) noexcept;
   bool choose_side(const Sample& sample) noexcept;
@@ -146,10 +206,11 @@ class ObjectGrid {
   void add(std::uint32_t object, std::uint32_t other, bool is_sure, const SolidBounds& bounds,
            PairList::Writer& writer) const noexcept;
 
-  static bool meets(const Reach& reach, float x, float y, float z, float radius) noexcept {
+  /// By how much two squares differ, as Probe says: negative where spheres do not touch.
+  static float slack(const Reach& reach, float x, float y, float z, float radius) noexcept {
     const float dx = x - reach.x, dy = y - reach.y, dz = z - reach.z;
     const float sum = reach.radius + radius;
-    return !((dx * dx + dy * dy) + dz * dz > sum * sum);
+    return sum * sum - ((dx * dx + dy * dy) + dz * dz);
   }
   /// @param v in sides of a cell. @param per_side cells a side.
   std::uint32_t cell_at(float v, float per_side, int axis) const noexcept {
