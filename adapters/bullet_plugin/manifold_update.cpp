@@ -39,18 +39,22 @@ struct Shared {
   }
 };
 
-btVector3 local_point_on_A(const ObjectPair& objects, const FoundPoint& found) {
-  const btVector3 point_on_A = found.point_on_B + found.normal_on_B * found.distance;
-  return objects.a.getCollisionObject()->getWorldTransform().invXform(point_on_A);
+btVector3 point_on_A(const FoundPoint& found) {
+  return found.point_on_B + found.normal_on_B * found.distance;
+}
+
+btVector3 local_point_on_A(const ObjectPair& objects, const btVector3& on_A) {
+  return objects.a.getCollisionObject()->getWorldTransform().invXform(on_A);
 }
 
 /// Writes a point into `slot` as btManifoldResult::addContactPoint would.
 void make_point(const ObjectPair& objects, const Shared& shared, const FoundPoint& found,
                 btManifoldPoint& slot) {
   const btTransform& X_WB = objects.b.getCollisionObject()->getWorldTransform();
-  auto& point = *new (&slot) btManifoldPoint(
-      local_point_on_A(objects, found), X_WB.invXform(found.point_on_B), found.normal_on_B, found.distance);
-  point.m_positionWorldOnA = found.point_on_B + found.normal_on_B * found.distance;
+  const btVector3 on_A = point_on_A(found);
+  auto& point = *new (&slot) btManifoldPoint(local_point_on_A(objects, on_A), X_WB.invXform(found.point_on_B),
+                                             found.normal_on_B, found.distance);
+  point.m_positionWorldOnA = on_A;
   point.m_positionWorldOnB = found.point_on_B;
   point.m_combinedFriction = shared.friction;
   point.m_combinedRestitution = shared.restitution;
@@ -85,7 +89,10 @@ class Matching {
   void match_features(std::span<const FoundPoint> points, const ManifoldFeatures& features) {
     for (int i = 0; i < count_; ++i)
       for (int k = 0; k < old_count_; ++k)
-        if (is_free(i, k) && points[i].feature_id == features.ids[k]) join(i, k);
+        if (new_of_[k] == kNone && points[i].feature_id == features.ids[k]) {
+          join(i, k);
+          break;
+        }
   }
 
   void match_places(const ObjectPair& objects, std::span<const FoundPoint> points,
@@ -93,7 +100,7 @@ class Matching {
     const btScalar threshold = manifold.getContactBreakingThreshold();
     for (int i = 0; i < count_; ++i) {
       if (old_of_[i] != kNone || old_count_ == 0) continue;
-      const btVector3 place = local_point_on_A(objects, points[i]);
+      const btVector3 place = local_point_on_A(objects, point_on_A(points[i]));
       btScalar nearest = threshold * threshold;
       int best = kNone;
       for (int k = 0; k < old_count_; ++k) {
