@@ -51,8 +51,13 @@ class Scene {
 
   void find_moved_pairs(std::vector<SolidPair>& out) noexcept {
     const auto first = static_cast<std::ptrdiff_t>(out.size());
-    if (all_moved_) {
+    // Listing all pairs takes as long as the partners of so many.
+    constexpr std::size_t kMany = 3;
+    if (all_moved_ || moved_.size() > bounds_.objects() / kMany) {
       append_all_pairs(out);
+      if (all_moved_) return;
+      const auto stands = [this](const SolidPair& pair) { return stands_still(pair); };
+      out.erase(std::remove_if(out.begin() + first, out.end(), stands), out.end());
       return;
     }
     forest_.for_each_pair_of(moved_, [&](std::uint32_t object, std::uint32_t other) {
@@ -154,6 +159,10 @@ class Scene {
     if (all) return;
     for (const std::uint32_t object : moved)
       if (std::exchange(is_moved_[object], 1) == 0) moved_.push_back(object);
+  }
+
+  bool stands_still(const SolidPair& pair) const noexcept {
+    return (is_moved_[bounds_.object_of(pair.a)] | is_moved_[bounds_.object_of(pair.b)]) == 0;
   }
 
   void append_all_pairs(std::vector<SolidPair>& out) noexcept {
