@@ -492,6 +492,7 @@ std::size_t ObjectGrid::find_near(const Reach& reach, std::span<Near, kMostNear>
     else
       fits = false;
   };
+  // Rows one after the other; without static objects and gone ones what touches for certain pairs.
   const Floats x = all_lanes(reach.x), y = all_lanes(reach.y), z = all_lanes(reach.z),
                radius = all_lanes(reach.radius), doubt = all_lanes(is_plain_ ? reach.doubt : kInfiniteFloat);
   for_each_row(reach, [&](std::uint32_t low, std::uint32_t high) {
