@@ -20,9 +20,9 @@ namespace {
 constexpr double kFirst = 64.0;                              // times the tolerance, everywhere
 constexpr std::array<double, 2> kBetween = {16.0, 4.0};      // in the zones, on the way to it
 constexpr std::array<double, 2> kCoarser = {256.0, 1024.0};  // tried beside kFirst, while there are fewer
-constexpr double kFiner = 16.0;                              // tried where none of these is better
-constexpr double kCoarsest = 0.25;                           // of the diagonal, of any cover
-constexpr int kMostZones = 4;                                // each from a flight that left those before
+constexpr std::array<double, 2> kFiner = {16.0, 4.0};  // tried where none of these is, while there are fewer
+constexpr double kCoarsest = 0.25;                     // of the diagonal, of any cover
+constexpr int kMostZones = 4;                          // each from a flight that left those before
 
 using Clock = std::chrono::steady_clock;
 
@@ -73,16 +73,20 @@ class Search {
   // Coarser elsewhere may take fewer hexahedra, or more where it is hard to keep to the zones: then finer
   // may.
   void look_elsewhere() {
+    const auto is_better = [&](double times) {
+      const std::size_t fewest = fewest_that_serve();
+      add_if_fitted(tolerance_, times * tolerance_, false);
+      return fewest_that_serve() < fewest;
+    };
     bool has_better = false;
     double before = kFirst;
     for (const double times : kCoarser) {
-      if (!is_new(std::exchange(before, times) * tolerance_)) break;
-      const std::size_t fewest = fewest_that_serve();
-      add_if_fitted(tolerance_, times * tolerance_, false);
-      if (fewest_that_serve() >= fewest) break;
+      if (!is_new(std::exchange(before, times) * tolerance_) || !is_better(times)) break;
       has_better = true;
     }
-    if (!has_better && is_new(kFiner * tolerance_)) add_if_fitted(tolerance_, kFiner * tolerance_, false);
+    if (has_better) return;
+    for (const double times : kFiner)
+      if (is_new(times * tolerance_) && !is_better(times)) break;
   }
 
   // A row that is refused leaves those that stand.
