@@ -14,9 +14,10 @@
 // run (default 60), which is said. STEPS: so many instead of the scene's own. REPEATS: a step's time is the
 // least of so many runs, which leaves out what else the machine did; whether they came to the same bits is
 // said. Each engine has a process of its own: one that ends it is a row of the table. Of ours the step that
-// took most is described; WORST: the same of so many steps that took most, below the table's row, each with
-// the page faults of its last run. SEED: of the scenes that are drawn; no constant is to be chosen by seeds
-// that a page reports.
+// took most is described, with the time that finding its contacts took in the last run, by the wall's clock:
+// what is left if nothing is solved; WORST: the same of so many steps that took most, below the table's row,
+// each with the page faults of its last run. SEED: of the scenes that are drawn; no constant is to be chosen
+// by seeds that a page reports.
 
 #include <sys/resource.h>
 #include <sys/wait.h>

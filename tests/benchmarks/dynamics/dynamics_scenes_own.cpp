@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <span>
@@ -13,6 +14,7 @@ namespace {
 
 using physics::DynamicsWorld;
 using physics::Mover;
+using Clock = std::chrono::steady_clock;
 
 constexpr double kMargin = 1e-3;  // [m]
 // Fewer boxes may be in one heap, of which all meet all.
@@ -44,10 +46,13 @@ class Own final : public BoxEngine {
   void step() override {
     for (const Push& push : pushes_)
       world_->push(Mover::of_body(push.body), push.force_W, world_->pose(push.body).p);
+    const Clock::time_point begin = Clock::now();
     const std::span<const physics::Contact> contacts = contacts_->find(*world_, step_);
+    const double find_us = std::chrono::duration<double, std::micro>(Clock::now() - begin).count();
     const auto report = world_->step(step_, contacts);
     points_ = contacts.size();
-    if (log_.size() < log_.capacity()) log_.push_back({report, static_cast<std::uint32_t>(contacts.size())});
+    if (log_.size() < log_.capacity())
+      log_.push_back({report, static_cast<std::uint32_t>(contacts.size()), find_us});
     if (report.solves > 0) {
       residuals_ += std::log10(std::max(report.worst_residual, kLeastResidual));
       ++solving_;
@@ -79,10 +84,12 @@ class Own final : public BoxEngine {
   std::string remarks_on(std::size_t step) const override {
     if (step >= log_.size()) return {};
     const physics::StepReport& report = log_[step].report;
-    return std::to_string(log_[step].contacts) + " contacts, " + std::to_string(report.substeps) +
-           " pieces, " + std::to_string(report.solves) + " solves (" + std::to_string(report.unconverged) +
-           " unconverged), " + std::to_string(report.newton_steps) + " Newton steps" +
-           (report.is_work_spent ? ", work ended" : "");
+    char found[32];
+    std::snprintf(found, sizeof(found), "%.0f", log_[step].find_us);
+    return std::to_string(log_[step].contacts) + " contacts, found in " + found + " us, " +
+           std::to_string(report.substeps) + " pieces, " + std::to_string(report.solves) + " solves (" +
+           std::to_string(report.unconverged) + " unconverged), " + std::to_string(report.newton_steps) +
+           " Newton steps" + (report.is_work_spent ? ", work ended" : "");
   }
 
  private:
@@ -115,6 +122,7 @@ class Own final : public BoxEngine {
   struct Logged {
     physics::StepReport report;
     std::uint32_t contacts;
+    double find_us;  // what finding them took
   };
   static constexpr std::size_t kMostLogged = 1 << 17;
 
