@@ -85,6 +85,7 @@ bool LimitBox::touches(const Vector3& centre, double half) const {
 }
 
 bool LimitBox::touches(std::span<const Vector3> corners) const {
+  // The box about the hull tells first.
   Bounds about;
   for (const Vector3& p : corners) about.add(rotate_back(axes, p));
   if ((box.low - about.high).maxCoeff() > 0.0 || (about.low - box.high).maxCoeff() > 0.0) return false;
