@@ -51,13 +51,10 @@ class Scene {
 
   void find_moved_pairs(std::vector<SolidPair>& out) noexcept {
     const auto first = static_cast<std::ptrdiff_t>(out.size());
-    // Listing all pairs takes as long as the partners of so many.
+    // In even scenes listing all pairs takes as long as the partners of so many.
     constexpr std::size_t kMany = 3;
     if (all_moved_ || moved_.size() > bounds_.objects() / kMany) {
-      append_all_pairs(out);
-      if (all_moved_) return;
-      const auto stands = [this](const SolidPair& pair) { return stands_still(pair); };
-      out.erase(std::remove_if(out.begin() + first, out.end(), stands), out.end());
+      append_pairs_where(out, [this](const SolidPair& pair) { return all_moved_ || !stands_still(pair); });
       return;
     }
     forest_.for_each_pair_of(moved_, [&](std::uint32_t object, std::uint32_t other) {
@@ -70,7 +67,7 @@ class Scene {
   }
 
   void find_pairs_by_place(std::vector<SolidPair>& out) noexcept {
-    if (!object_pairs_.append_by_place(out)) append_all_pairs(out);
+    if (!object_pairs_.append_by_place(out)) append_pairs_where(out, [](const SolidPair&) { return true; });
   }
 
   void update(std::span<const Pose> poses, std::span<const std::uint32_t> moved) noexcept {
@@ -165,11 +162,15 @@ class Scene {
     return (is_moved_[bounds_.object_of(pair.a)] | is_moved_[bounds_.object_of(pair.b)]) == 0;
   }
 
-  void append_all_pairs(std::vector<SolidPair>& out) noexcept {
+  /// `out` grows by what is wanted alone.
+  template <class IsWanted>
+  void append_pairs_where(std::vector<SolidPair>& out, const IsWanted& is_wanted) noexcept {
     std::array<SolidPair, 256> block;
     for (PairCursor cursor; !cursor.done;) {
       const std::size_t count = find_pairs(cursor, block);
-      out.insert(out.end(), block.begin(), block.begin() + static_cast<std::ptrdiff_t>(count));
+      const auto end = std::remove_if(block.begin(), block.begin() + static_cast<std::ptrdiff_t>(count),
+                                      [&](const SolidPair& pair) { return !is_wanted(pair); });
+      out.insert(out.end(), block.begin(), end);
     }
   }
 
