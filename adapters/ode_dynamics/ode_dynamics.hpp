@@ -14,7 +14,7 @@
 /// added), latches are fixed joints; so are joints between bodies, balls besides, closed loops and all.
 /// Friction and restitution are the scene's for every pair. Error reduction (0.2), softness (1e-10) and
 /// sweeps are ODE's defaults; nothing is put to sleep. Where a scene asks for `push_out`, depth is taken back
-/// at `part_speed` at most.
+/// at about `part_speed`.
 ///
 /// Errors of ODE's method. Steps are semi-implicit Euler: after t a body in free fall is g h t / 2
 /// lower than the parabola. Friction is a pyramid along two axes across the normal, not a cone: up to
