@@ -23,8 +23,8 @@ class SurfaceMeasure {
   struct Triangle {
     std::array<Vector3, 3> corners;
     Vector3 normal;  ///< unit, in double precision
-    double
-        normal_error;  ///< bounds its error and those of a height by it, a unit of length of p - corners[0]
+    /// Bounds the normal's error, and a height's by it, a unit of length of p - corners[0].
+    double normal_error;
   };
 
   void add_triangle(const std::array<Vector3, 3>& corners);
