@@ -6,8 +6,10 @@
 #include <cmath>
 #include <limits>
 #include <ostream>
+#include <random>
 
 #include "touchstone/contact_core/broadphase/native/pair_sort.hpp"
+#include "touchstone/contact_core/broadphase/native/sphere_tests.hpp"
 #include "touchstone/contact_core/threads/thread_team.hpp"
 #include "touchstone/tests/broadphase/random_scene.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
@@ -440,6 +442,53 @@ TEST(NativeBroadphase, FramesInTheGridDoNotAllocate) {
     for (PairCursor cursor; !cursor.done;) native->find_pairs(cursor, block);
     EXPECT_EQ(allocation_count(), before);
     EXPECT_TRUE(is_by_place(by_place)) << "the grid does not serve";
+  }
+}
+
+/// Hits as SphereTests has them, by one sphere and one position at a time.
+std::vector<std::array<std::uint32_t, 3>> meet_one_by_one(
+    const SphereColumns& s, const std::vector<std::array<std::uint32_t, 3>>& runs) {
+  std::vector<std::array<std::uint32_t, 3>> out;
+  for (const auto& [of, first, end] : runs)
+    for (std::uint32_t at = first; at < end; ++at) {
+      const float dx = s.x[at] - s.x[of], dy = s.y[at] - s.y[of], dz = s.z[at] - s.z[of];
+      const float sum = s.radius[at] + s.radius[of];
+      const float slack = sum * sum - ((dx * dx + dy * dy) + dz * dz);
+      if (slack >= 0.0F) out.push_back({of, at, slack > s.doubt ? 1U : 0U});
+    }
+  return out;
+}
+
+TEST(SphereTests, MeetTheSameOnEachInstructionSet) {
+  constexpr std::uint32_t kSpheres = 300;
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> place(0.0F, 4.0F), radius(0.1F, 0.8F);
+  std::array<std::vector<float>, 4> columns;
+  for (std::uint32_t i = 0; i < kSpheres + SphereColumns::kPadding; ++i) {
+    for (int k = 0; k < 3; ++k) columns[k].push_back(place(random));
+    columns[3].push_back(radius(random));
+  }
+  const SphereColumns spheres{columns[0].data(), columns[1].data(), columns[2].data(), columns[3].data(),
+                              0.05F};
+  // Runs of every length, of none and to the very end, more than there is room for at once.
+  std::vector<std::array<std::uint32_t, 3>> runs;
+  for (std::uint32_t i = 0; i < 600; ++i) {
+    const auto first = static_cast<std::uint32_t>(random() % kSpheres);
+    runs.push_back(
+        {static_cast<std::uint32_t>(random() % kSpheres), first, std::min(kSpheres, first + i % 40)});
+  }
+  runs.push_back({0, 0, kSpheres});
+  const auto expected = meet_one_by_one(spheres, runs);
+  ASSERT_GT(expected.size(), 500U);
+  for (const SphereTests::Kind& kind : SphereTests::available()) {
+    std::vector<std::array<std::uint32_t, 3>> met;
+    auto meet = [&](std::uint32_t of, std::uint32_t at, bool is_sure) {
+      met.push_back({of, at, is_sure ? 1U : 0U});
+    };
+    SphereTests tests(spheres, kind);
+    for (const auto& [of, first, end] : runs) tests.add(of, first, end, meet);
+    tests.finish(meet);
+    EXPECT_EQ(met, expected) << kind.isa;
   }
 }
 

@@ -20,6 +20,8 @@ inline Floats load_floats(const float* from) {
   return lanes;
 }
 
+inline Floats all_lanes(float v) { return Floats{v, v, v, v}; }
+
 /// Bit k: lane k is set (all ones, as comparisons leave it).
 inline std::uint32_t lane_mask(Ints hit) {
 #ifdef __SSE2__

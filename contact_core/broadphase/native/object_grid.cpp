@@ -54,8 +54,6 @@ std::uint32_t sampled(std::uint32_t sample, std::uint32_t samples, std::uint32_t
   return static_cast<std::uint32_t>((((std::uint64_t{sample} << 16) + jitter) * objects / samples) >> 16);
 }
 
-Floats all_lanes(float v) { return Floats{v, v, v, v}; }
-
 double quantile(std::vector<double>& values, double share) {
   const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), values.begin() + at, values.end());
@@ -71,75 +69,14 @@ struct ObjectGrid::Sample {
   double objects;  // in the scene
 };
 
-/// One sphere against runs of positions, four at a time. Where d2 is a squared distance and s2 that of the
-/// grown radii's sum, all as floats: pairs whose d2 is above s2 do not touch, as growth is more than all
-/// rounding. Those whose d2 is below s2 by more than `doubt_` do: growth and rounding change d by less than
-/// doubt_ / (2 s).
-class ObjectGrid::Probe {
- public:
-  Probe(const ObjectGrid& grid, std::uint32_t at)
-      : xs_(grid.x_.data()),
-        ys_(grid.y_.data()),
-        zs_(grid.z_.data()),
-        radii_(grid.radius_.data()),
-        doubt_(grid.doubt_),
-        x_(all_lanes(xs_[at])),
-        y_(all_lanes(ys_[at])),
-        z_(all_lanes(zs_[at])),
-        radius_(all_lanes(radii_[at])) {}
-
-  /// Calls meet(position, is_sure) for those that it met in a run.
-  template <class Meet>
-  void test(std::uint32_t first, std::uint32_t end, Meet meet) noexcept {
-    while ((first = test_some(first, end)) < end) flush(meet);
-  }
-
-  /// The same of those that are left.
-  template <class Meet>
-  void flush(Meet meet) noexcept {
-    for (; hits_ != 0; hits_ &= hits_ - 1) {
-      const auto lane = static_cast<std::uint32_t>(std::countr_zero(hits_));
-      meet(first_[lane / 4] + lane % 4, slack_[lane] > doubt_);
-    }
-    groups_ = 0;
-  }
-
- private:
-  static constexpr std::uint32_t kGroups = 16;
-  /// Up to where there is no room for more hits.
-  std::uint32_t test_some(std::uint32_t first, std::uint32_t end) noexcept {
-    for (; first < end && groups_ < kGroups; first += 4) {
-      const Floats dx = load_floats(xs_ + first) - x_, dy = load_floats(ys_ + first) - y_;
-      const Floats dz = load_floats(zs_ + first) - z_;
-      const Floats sum = load_floats(radii_ + first) + radius_;
-      const Floats slack = sum * sum - ((dx * dx + dy * dy) + dz * dz);
-      const std::uint32_t lanes = 15U >> (4 - std::min(end - first, 4U));
-      const std::uint32_t hit = lane_mask(slack >= 0.0F) & lanes;
-      // A group without hits is written over by the next one.
-      std::memcpy(slack_.data() + 4 * groups_, &slack, sizeof(slack));
-      first_[groups_] = first;
-      hits_ |= std::uint64_t{hit} << (4 * groups_);
-      groups_ += hit != 0 ? 1 : 0;
-    }
-    return std::min(first, end);
-  }
-
-  const float *xs_, *ys_, *zs_, *radii_;
-  float doubt_;
-  Floats x_, y_, z_, radius_;
-  std::uint64_t hits_ = 0;
-  std::uint32_t groups_ = 0;
-  std::array<std::uint32_t, kGroups> first_;
-  std::array<float, 4 * kGroups> slack_;
-};
-
 // And for more, which come one by one. As they take memory where they are used alone, lists are sized by
 // build().
 void ObjectGrid::reserve(std::size_t objects) {
   const std::size_t cells = 2 * objects + kFewCells;
   for (std::vector<double>& list : samples_) list.reserve(kSamples);
   reserve_more(spots_, objects), reserve_more(order_, objects);
-  for (GrowingList<float>* list : {&x_, &y_, &z_, &radius_}) reserve_more(*list, objects + 4);
+  for (GrowingList<float>* list : {&x_, &y_, &z_, &radius_})
+    reserve_more(*list, objects + SphereColumns::kPadding);
   for (GrowingList<std::uint32_t>* list : {&cell_start_, &row_at_, &row_place_})
     reserve_more(*list, cells + 1);
   reserve_more(place_, objects), reserve_more(late_, objects / kLateShare + kFewLate);
@@ -315,7 +252,7 @@ bool ObjectGrid::fill(const SolidBounds& bounds, TaskRunner* threads) noexcept {
       *std::max_element(chunk_radius_.begin(), chunk_radius_.begin() + static_cast<std::ptrdiff_t>(chunks)));
   // Objects are thrown on their parts, and these sorted.
   spots_.resize(next), order_.resize(next);
-  for (GrowingList<float>* list : {&x_, &y_, &z_, &radius_}) list->resize(next + 4);
+  for (GrowingList<float>* list : {&x_, &y_, &z_, &radius_}) list->resize(next + SphereColumns::kPadding);
   auto scatter = [&](std::size_t chunk) {
     std::array<std::uint32_t, kMostParts + 1> at;
     for (std::size_t part = 0; part <= kMostParts; ++part) at[part] = start_[part][chunk];
@@ -330,7 +267,7 @@ bool ObjectGrid::fill(const SolidBounds& bounds, TaskRunner* threads) noexcept {
   return true;
 }
 
-/// Growth of both radii, in both squares, as Probe says.
+/// Growth of both radii, in both squares, as SphereTests says.
 void ObjectGrid::note_radius(float most) noexcept {
   most_radius_ = most;
   const double reach = 2.0 * most_radius_;
@@ -421,20 +358,40 @@ void ObjectGrid::sort_part(std::size_t part) noexcept {
   }
 }
 
+ObjectGrid::Rows ObjectGrid::rows_about(std::uint32_t row) const noexcept {
+  Rows out{row_place_[row] % count_[1], row_place_[row] / count_[1], row * count_[0], {}};
+  const std::uint32_t y_below = out.y - (out.y > 0 ? 1 : 0), y_above = std::min(out.y + 1, count_[1] - 1),
+                      z_above = std::min(out.z + 1, count_[2] - 1);
+  const std::array<std::uint32_t, 4> places = {out.z * count_[1] + y_above, z_above * count_[1] + y_below,
+                                               z_above * count_[1] + out.y, z_above * count_[1] + y_above};
+  for (int k = 0; k < 4; ++k) out.next[k] = row_at_[places[k]] * count_[0];
+  return out;
+}
+
 // Runs to one side alone: further along its own row, in rows of the same z beyond it and in those of greater
-// z.
+// z. Where these are the next rows alone, as is most common, runs that are out of reach are empty: no machine
+// predicts which.
 template <class Visit>
-void ObjectGrid::for_each_run(std::uint32_t at, const Row& row, Visit visit) const noexcept {
+void ObjectGrid::for_each_run(std::uint32_t at, const Rows& rows, Visit visit) const noexcept {
   const float reach = radius_[at] + most_radius_;
   const std::uint32_t low = cell_at(x_[at] - reach, kCellsPerSide, 0);
   const std::uint32_t high = cell_at(x_[at] + reach, kCellsPerSide, 0) + 1;
   const std::uint32_t y_low = cell_at(y_[at] - reach, 1.0F, 1), y_high = cell_at(y_[at] + reach, 1.0F, 1);
   const std::uint32_t z_high = cell_at(z_[at] + reach, 1.0F, 2);
-  for (std::uint32_t z = row.z; z <= z_high; ++z)
-    for (std::uint32_t y = z == row.z ? row.y : y_low; y <= y_high; ++y) {
+  visit(at + 1, cell_start_[rows.own + high]);
+  if (y_low + 1 >= rows.y && y_high <= rows.y + 1 && z_high <= rows.z + 1) {
+    const bool is_below = y_low<rows.y, is_above = y_high> rows.y, is_beyond = z_high > rows.z;
+    const std::array<bool, 4> is_met = {is_above, is_beyond && is_below, is_beyond, is_beyond && is_above};
+    for (int k = 0; k < 4; ++k) {
+      const std::uint32_t first = cell_start_[rows.next[k] + low], end = cell_start_[rows.next[k] + high];
+      visit(first, is_met[k] ? end : first);
+    }
+    return;
+  }
+  for (std::uint32_t z = rows.z; z <= z_high; ++z)
+    for (std::uint32_t y = z == rows.z ? rows.y + 1 : y_low; y <= y_high; ++y) {
       const std::uint32_t first = row_at_[z * count_[1] + y] * count_[0];
-      const bool is_own = y == row.y && z == row.z;
-      visit(is_own ? at + 1 : cell_start_[first + low], cell_start_[first + high]);
+      visit(cell_start_[first + low], cell_start_[first + high]);
     }
 }
 
@@ -447,6 +404,8 @@ bool ObjectGrid::is_quick() const noexcept {
   const std::uint32_t asked = std::min(kMostAsked, kLeastSamples + in_cells_ / 16),
                       cells = count_[0] * count_[1] * count_[2];
   double tests = 0.0, tested = 0.0, pairs = 0.0;
+  SphereTests in_runs(columns());
+  auto meet = [&](std::uint32_t, std::uint32_t, bool) { pairs += 1.0; };
   for (std::uint32_t i = 0; i < asked; ++i) {
     const std::uint32_t at = sampled(i, asked, in_cells_);
     const auto cell =
@@ -454,16 +413,13 @@ bool ObjectGrid::is_quick() const noexcept {
                                    cell_start_.begin()) -
         1;
     const bool is_tested = i % kTestedOf == 0 && tests <= kMostTests * (i + 1);
-    Probe probe(*this, at);
-    auto meet = [&](std::uint32_t, bool) { pairs += 1.0; };
-    for_each_run(at, row_of(cell / count_[0]), [&](std::uint32_t first, std::uint32_t end) {
-      if (first >= end) return;
+    for_each_run(at, rows_about(cell / count_[0]), [&](std::uint32_t first, std::uint32_t end) {
       tests += end - first;
-      if (is_tested) probe.test(first, end, meet);
+      if (is_tested) in_runs.add(at, first, end, meet);
     });
-    probe.flush(meet);
     tested += is_tested ? 1.0 : 0.0;
   }
+  in_runs.finish(meet);
   // Quick are few tests an object, and no more than its pairs are worth.
   tests /= asked, pairs /= std::max(1.0, tested);
   return tests <= kMostTests && pairs < 0.9 * PairList::kPairsPerObject &&
@@ -526,26 +482,26 @@ void ObjectGrid::list_part(std::size_t part, const SolidBounds& bounds,
     return;
   }
   // Rows of cells: each object against those after it, in its cell and in the next ones.
+  SphereTests tests(columns());
+  auto meet = [&](std::uint32_t at, std::uint32_t other, bool is_sure) {
+    if (is_sure && is_plain_)
+      writer.add(order_[at], order_[other], true);
+    else
+      add(order_[at], order_[other], is_sure, bounds, writer);
+  };
   const std::uint32_t rows = count_[1] * count_[2];
   const auto first_row = static_cast<std::uint32_t>(part) << part_shift_;
   const std::uint32_t last_row = std::min(rows, first_row + (1U << part_shift_));
   for (std::uint32_t row = first_row; row < last_row && !writer.is_full(); ++row) {
     const std::uint32_t end = cell_start_[(row + 1) * count_[0]];
-    const Row place = row_of(row);
+    const Rows about = rows_about(row);
     for (std::uint32_t at = cell_start_[row * count_[0]]; at < end; ++at) {
       if (order_[at] == kNoIndex) continue;
-      Probe probe(*this, at);
-      auto meet = [&](std::uint32_t other, bool is_sure) {
-        if (is_sure && is_plain_)
-          writer.add(order_[at], order_[other], true);
-        else
-          add(order_[at], order_[other], is_sure, bounds, writer);
-      };
-      for_each_run(at, place,
-                   [&](std::uint32_t first, std::uint32_t last) { probe.test(first, last, meet); });
-      probe.flush(meet);
+      for_each_run(at, about,
+                   [&](std::uint32_t first, std::uint32_t last) { tests.add(at, first, last, meet); });
     }
   }
+  tests.finish(meet);
 }
 
 /// Loose objects that are not late with all others, and among themselves.

@@ -7,6 +7,7 @@
 #include "touchstone/contact_core/broadphase/native/float_lanes.hpp"
 #include "touchstone/contact_core/broadphase/native/pair_list.hpp"
 #include "touchstone/contact_core/broadphase/native/solid_bounds.hpp"
+#include "touchstone/contact_core/broadphase/native/sphere_tests.hpp"
 #include "touchstone/contact_core/geometry/no_index.hpp"
 #include "touchstone/contact_core/memory/growing_list.hpp"
 
@@ -108,8 +109,11 @@ class ObjectGrid {
   struct Near {
     std::uint32_t object, is_sure;
   };
-  struct Row {
-    std::uint32_t y, z;
+  /// A row's place and first cell, and those of the rows beside it: beyond it at the same z, and at the next
+  /// z before it, at it and beyond it. At the grid's border, others stand for those that are not there.
+  struct Rows {
+    std::uint32_t y, z, own;
+    std::array<std::uint32_t, 4> next;
   };
   /// An object that moved since build(), and the next one of its list.
   struct Late {
@@ -121,7 +125,6 @@ class ObjectGrid {
   static constexpr std::uint32_t kIsLate = 1U << 31;  // in a place
   static constexpr std::uint32_t kCellsPerList = 4;
   struct Sample;
-  class Probe;
 
   /// Calls visit(low, high) for the cells of each row, both included.
   template <class Visit>
@@ -188,12 +191,11 @@ class ObjectGrid {
   template <class Visit>
   void for_each_in_chunk(std::size_t chunk, const SolidBounds& bounds, Visit visit) const noexcept;
   Reach reach_of(const Sphere& sphere) const noexcept;
+  SphereColumns columns() const noexcept { return {x_.data(), y_.data(), z_.data(), radius_.data(), doubt_}; }
+  Rows rows_about(std::uint32_t row) const noexcept;
   /// Calls visit(first, end) for the positions that the object at a position is tested with.
   template <class Visit>
-  void for_each_run(std::uint32_t at, const Row& row, Visit visit) const noexcept;
-  Row row_of(std::uint32_t row) const noexcept {
-    return {row_place_[row] % count_[1], row_place_[row] / count_[1]};
-  }
+  void for_each_run(std::uint32_t at, const Rows& rows, Visit visit) const noexcept;
   void list_loose(const SolidBounds& bounds, PairList::Writer& writer) const noexcept;
   void list_late(const SolidBounds& bounds, PairList::Writer& writer) const noexcept;
   void find_places() noexcept;
@@ -206,7 +208,7 @@ class ObjectGrid {
   void add(std::uint32_t object, std::uint32_t other, bool is_sure, const SolidBounds& bounds,
            PairList::Writer& writer) const noexcept;
 
-  /// By how much two squares differ, as Probe says: negative where spheres do not touch.
+  /// By how much two squares differ, as SphereTests says: negative where spheres do not touch.
   static float slack(const Reach& reach, float x, float y, float z, float radius) noexcept {
     const float dx = x - reach.x, dy = y - reach.y, dz = z - reach.z;
     const float sum = reach.radius + radius;
@@ -239,9 +241,9 @@ class ObjectGrid {
 
   // By position: first as objects come by parts, then in order.
   GrowingList<Spot> spots_;
-  GrowingList<float> x_, y_, z_, radius_;  // and four more, so that registers may be loaded at any position
-  GrowingList<std::uint32_t> order_;       // objects, or none where one has left
-  GrowingList<std::uint32_t> cell_start_;  // positions, and the number of objects in cells
+  GrowingList<float> x_, y_, z_, radius_;          // and as many more as SphereColumns says
+  GrowingList<std::uint32_t> order_;               // objects, or none where one has left
+  GrowingList<std::uint32_t> cell_start_;          // positions, and the number of objects in cells
   GrowingList<std::uint32_t> row_at_, row_place_;  // rows by place, z first, and back
 
   // Of objects that moved since: lists begin with the last that came.
