@@ -193,47 +193,64 @@ bool ObjectGrid::count_parts() noexcept {
   return cell_parts_ < kMostParts;
 }
 
-bool ObjectGrid::place(const Sphere& sphere, Spot& spot) const noexcept {
+std::uint32_t ObjectGrid::place(const Sphere& sphere, Spot& spot) const noexcept {
   const double x = (sphere.centre(axis_[0]) - origin_[0]) * per_metre_;
   const double y = (sphere.centre(axis_[1]) - origin_[1]) * per_metre_;
   const double z = (sphere.centre(axis_[2]) - origin_[2]) * per_metre_;
   const double far = (std::abs(x) + std::abs(y)) + std::abs(z);
   const double radius =
       (sphere.radius + half_margin_) * per_metre_ * (1.0 + kGrowth) + (far * kCoordinateGrowth + tiny_);
-  if (!(far <= farthest_ && radius <= largest_)) return false;
+  if (!(far <= farthest_ && radius <= largest_)) return kNowhere;
   spot.x = static_cast<float>(x), spot.y = static_cast<float>(y), spot.z = static_cast<float>(z);
   spot.radius = static_cast<float>(radius);
   const std::uint32_t row = row_at_[cell_at(spot.z, 1.0F, 2) * count_[1] + cell_at(spot.y, 1.0F, 1)];
   spot.cell = row * count_[0] + cell_at(spot.x, kCellsPerSide, 0);
-  return true;
+  return row;
 }
 
-/// Calls visit(spot, part).
-template <class Visit>
-void ObjectGrid::for_each_in_chunk(std::size_t chunk, const SolidBounds& bounds, Visit visit) const noexcept {
+/// Notes each object's spot and part, in the order of the objects, and counts what a chunk of them throws on
+/// each part.
+void ObjectGrid::place_chunk(std::size_t chunk, const SolidBounds& bounds) noexcept {
   const auto first = static_cast<std::uint32_t>(chunk) * chunk_, end = std::min(objects_, first + chunk_);
+  std::array<std::uint32_t, kMostParts + 1> counts{};
+  float most = 0.0F;
   for (std::uint32_t object = first; object < end; ++object) {
-    if (bounds.is_gone(object)) continue;
+    if (bounds.is_gone(object)) {
+      place_[object] = kNowhere;
+      continue;
+    }
     Spot spot{0.0F, 0.0F, 0.0F, 0.0F, object, 0};
-    const bool is_placed = place(bounds.object_spheres_W()[object], spot);
-    visit(spot, is_placed ? part_of(spot.cell) : kLoosePart);
+    const std::uint32_t row = place(bounds.object_spheres_W()[object], spot);
+    const std::uint32_t part = row != kNowhere ? row >> part_shift_ : kLoosePart;
+    x_[object] = spot.x, y_[object] = spot.y, z_[object] = spot.z, radius_[object] = spot.radius;
+    order_[object] = spot.cell, place_[object] = part;
+    ++counts[part];
+    most = std::max(most, spot.radius);
+  }
+  for (std::size_t part = 0; part <= kMostParts; ++part) start_[part][chunk] = counts[part];
+  chunk_radius_[chunk] = most;
+}
+
+/// Throws a chunk's objects on their parts.
+void ObjectGrid::scatter_chunk(std::size_t chunk) noexcept {
+  const auto first = static_cast<std::uint32_t>(chunk) * chunk_, end = std::min(objects_, first + chunk_);
+  std::array<std::uint32_t, kMostParts + 1> at;
+  for (std::size_t part = 0; part <= kMostParts; ++part) at[part] = start_[part][chunk];
+  for (std::uint32_t object = first; object < end; ++object) {
+    if (place_[object] == kNowhere) continue;
+    spots_[at[place_[object]]++] = {x_[object],      y_[object], z_[object],
+                                    radius_[object], object,     order_[object]};
   }
 }
 
 // Each part of the cells is sorted by itself, in the caches. Chunks of the objects count what they throw on
 // each part first, so that any thread knows where to put it.
 bool ObjectGrid::fill(const SolidBounds& bounds, TaskRunner* threads) noexcept {
+  // The lists by position hold what is known of each object until it has one.
   const std::size_t chunks = (objects_ + chunk_ - 1) / chunk_;
-  auto count = [&](std::size_t chunk) {
-    std::array<std::uint32_t, kMostParts + 1> counts{};
-    float most = 0.0F;
-    for_each_in_chunk(chunk, bounds, [&](const Spot& spot, std::uint32_t part) {
-      ++counts[part];
-      most = std::max(most, spot.radius);
-    });
-    for (std::size_t part = 0; part <= kMostParts; ++part) start_[part][chunk] = counts[part];
-    chunk_radius_[chunk] = most;
-  };
+  spots_.resize(objects_), order_.resize(objects_), place_.resize(objects_);
+  for (GrowingList<float>* list : {&x_, &y_, &z_, &radius_}) list->resize(objects_ + SphereColumns::kPadding);
+  auto count = [&](std::size_t chunk) { place_chunk(chunk, bounds); };
   run_tasks(threads, chunks, count);
   // Sums say where each chunk's share of a part begins.
   std::uint32_t next = 0;
@@ -251,14 +268,7 @@ bool ObjectGrid::fill(const SolidBounds& bounds, TaskRunner* threads) noexcept {
   note_radius(
       *std::max_element(chunk_radius_.begin(), chunk_radius_.begin() + static_cast<std::ptrdiff_t>(chunks)));
   // Objects are thrown on their parts, and these sorted.
-  spots_.resize(next), order_.resize(next);
-  for (GrowingList<float>* list : {&x_, &y_, &z_, &radius_}) list->resize(next + SphereColumns::kPadding);
-  auto scatter = [&](std::size_t chunk) {
-    std::array<std::uint32_t, kMostParts + 1> at;
-    for (std::size_t part = 0; part <= kMostParts; ++part) at[part] = start_[part][chunk];
-    for_each_in_chunk(chunk, bounds,
-                      [&](const Spot& spot, std::uint32_t part) { spots_[at[part]++] = spot; });
-  };
+  auto scatter = [&](std::size_t chunk) { scatter_chunk(chunk); };
   run_tasks(threads, chunks, scatter);
   auto sort = [&](std::size_t part) { sort_part(part); };
   run_tasks(threads, cell_parts_, sort);
@@ -329,7 +339,7 @@ void ObjectGrid::enter(std::uint32_t object, const SolidBounds& bounds) noexcept
   const std::uint32_t index = place_[object] & ~kIsLate;
   Late& late = late_[index];
   late.spot = {0.0F, 0.0F, 0.0F, 0.0F, object, 0};
-  if (place(bounds.object_spheres_W()[object], late.spot))
+  if (place(bounds.object_spheres_W()[object], late.spot) != kNowhere)
     note_radius(std::max(most_radius_, late.spot.radius));
   else
     late.spot.cell = kIsLoose, ++loose_now_;

@@ -44,7 +44,7 @@ class ObjectGrid {
   /// A number that is near for objects that are near.
   std::uint32_t place_of(const Sphere& sphere) const noexcept {
     Spot spot{};
-    return place(sphere, spot) ? spot.cell : kNoIndex;
+    return place(sphere, spot) != kNowhere ? spot.cell : kNoIndex;
   }
 
   /// One for each run of rows, and one for loose and late objects.
@@ -186,10 +186,10 @@ class ObjectGrid {
   bool count_parts() noexcept;
   void sort_part(std::size_t part) noexcept;
   bool is_quick() const noexcept;
-  bool place(const Sphere& sphere, Spot& spot) const noexcept;
-  std::uint32_t part_of(std::uint32_t cell) const noexcept { return (cell / count_[0]) >> part_shift_; }
-  template <class Visit>
-  void for_each_in_chunk(std::size_t chunk, const SolidBounds& bounds, Visit visit) const noexcept;
+  /// Finds where a sphere is, but for the object. @returns the row of its cell; kNowhere: it is loose.
+  std::uint32_t place(const Sphere& sphere, Spot& spot) const noexcept;
+  void place_chunk(std::size_t chunk, const SolidBounds& bounds) noexcept;
+  void scatter_chunk(std::size_t chunk) noexcept;
   Reach reach_of(const Sphere& sphere) const noexcept;
   SphereColumns columns() const noexcept { return {x_.data(), y_.data(), z_.data(), radius_.data(), doubt_}; }
   Rows rows_about(std::uint32_t row) const noexcept;
@@ -248,7 +248,7 @@ class ObjectGrid {
 
   // Of objects that moved since: lists begin with the last that came.
   bool has_places_ = false;
-  GrowingList<std::uint32_t> place_;  // by object: a position, or one of late_
+  GrowingList<std::uint32_t> place_;  // by object: a position, or one of late_; in build() its part
   GrowingList<Late> late_;
   GrowingList<std::uint32_t> late_head_;  // by a few cells
   std::uint32_t late_loose_ = kNoIndex;   // the list of those in no cell
