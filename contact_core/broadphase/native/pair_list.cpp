@@ -19,6 +19,27 @@ void sort_row(SolidPair* first, SolidPair* last) {
   }
 }
 
+/// Pairs of one lower object, at most this many.
+constexpr std::uint32_t kShort = 4;
+
+/// The same of these, without a branch, which none could predict: what follows the row stays as it is.
+/// @pre kShort pairs may be read and written there.
+void sort_short_row(SolidPair* row, std::uint32_t count) {
+  // Bits, all of them or none, say which is less: of conditions, compilers make branches.
+  const auto all_if = [](bool is_so) { return ~(std::uint32_t{is_so} - 1); };
+  std::array<std::uint32_t, kShort> b, sorted, beyond;
+  for (std::uint32_t i = 0; i < kShort; ++i) {
+    beyond[i] = all_if(i >= count);
+    b[i] = row[i].b;
+    sorted[i] = b[i] | beyond[i];
+  }
+  for (const auto& [i, j] : {std::pair{0, 1}, {2, 3}, {0, 2}, {1, 3}, {1, 2}}) {
+    const std::uint32_t swapped = (sorted[i] ^ sorted[j]) & all_if(sorted[j] < sorted[i]);
+    sorted[i] ^= swapped, sorted[j] ^= swapped;
+  }
+  for (std::uint32_t i = 0; i < kShort; ++i) row[i].b = (sorted[i] & ~beyond[i]) | (b[i] & beyond[i]);
+}
+
 }  // namespace
 
 std::uint32_t PairList::shift_for(std::size_t objects) {
@@ -120,8 +141,13 @@ void PairList::sort_heap(std::size_t heap, std::size_t first_pair) noexcept {
   for_each_found(heap, [&](const SolidPair& pair) { sorted()[row_end_[pair.a]++] = pair; });
   // Then each row is sorted.
   auto row_first = static_cast<std::uint32_t>(first_pair);
+  const std::uint32_t end = start;
   for (std::size_t row = first; row < last; ++row) {
-    sort_row(sorted() + row_first, sorted() + row_end_[row]);
+    const std::uint32_t count = row_end_[row] - row_first;
+    if (count <= kShort && row_first + kShort <= end)
+      sort_short_row(sorted() + row_first, count);
+    else
+      sort_row(sorted() + row_first, sorted() + row_end_[row]);
     row_first = row_end_[row];
   }
 }
