@@ -5,6 +5,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <optional>
 #include <type_traits>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
@@ -70,11 +71,12 @@ FlushVerdict certify_flush_along(const Kernels& kernels, const PlacedPair& place
 }
 
 /// Decides pairs that no filter of their kind certified, nor comparing coordinates: by the hulls.
+/// @param flush see hulls_meet().
 bool placed_meet(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
-                 std::span<const Pose> poses, const DepthRecord& depth) {
+                 std::span<const Pose> poses, const DepthRecord& depth, const FlushVerdict* flush = nullptr) {
   PlacedPair placed;
   place_pair(set, pair, poses, placed);
-  return native::hulls_meet(kernels, placed, depth);
+  return native::hulls_meet(kernels, placed, depth, flush);
 }
 
 bool has_face_along_an_axis(const Matrix3& R) {
@@ -133,13 +135,13 @@ FlushAxes find_flush_axes(const BoxRecord& a, const Pose& X_WA, const BoxRecord&
 }
 
 /// Boxes that touch face to face, by their heights over the plane of A's face along n, from A to B.
-Certified certify_flush_boxes(const Kernels& kernels, const BoxRecord& a, const Pose& X_WA,
-                              const BoxRecord& b, const Pose& X_WB, int axis, const Vector3& n) {
+FlushVerdict certify_flush_boxes(const Kernels& kernels, const BoxRecord& a, const Pose& X_WA,
+                                 const BoxRecord& b, const Pose& X_WB, int axis, const Vector3& n) {
   WorldVertices a_W, b_W;
   native::world_vertices(local_vertices(a), X_WA, a_W);
   native::world_vertices(local_vertices(b), X_WB, b_W);
   const bool is_forward = dot(n, X_WA.R.col(axis)) > 0.0;
-  return certify_flush(kernels, a_W, b_W, n, a_W.vertex(is_forward ? 4 >> axis : 0)).certified;
+  return certify_flush(kernels, a_W, b_W, n, a_W.vertex(is_forward ? 4 >> axis : 0));
 }
 
 /// Whether comparing coordinates may decide the pair. Boxes of which no face looks along an axis of the world
@@ -203,6 +205,10 @@ void compute_depths(const SolidSet& set, const Kernels& kernels, SolidKind kind,
 /// touch along, then by the hulls. @pre finite poses.
 void settle_closely(const SolidSet& set, const Kernels& kernels, SolidKind kind, Batch& batch,
                     std::span<const Pose> poses, std::span<PairStatus> status) {
+  // Filters read no vertices.
+  if (kind == SolidKind::parallelepiped)
+    for (std::size_t i = 0; i < batch.count; ++i)
+      prefetch(set.vertices[batch.pairs[i].a]), prefetch(set.vertices[batch.pairs[i].b]);
   // Coordinates decide most pairs that touch exactly; the others stay in the batch.
   std::size_t kept = 0;
   for (std::size_t i = 0; i < batch.count; ++i) {
@@ -346,10 +352,16 @@ Certified ask_touching_kernel(const SolidSet& set, const Kernels& kernels, const
   return certified;
 }
 
+/// What is known of a pair that filters leave open.
+struct OpenPair {
+  DepthRecord depth{};
+  std::optional<FlushVerdict> flush;  ///< along the depth's axis
+};
+
 /// As certify_touching_pair(), which distances ask, with faces that lie flush before the kernel: it decides
-/// where they do along several axes. @param depth gets the axis of such a face
+/// where they do along several axes. @param open gets the axis of such a face, and what it told
 Certified certify_touching_boxes(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
-                                 std::span<const Pose> poses, DepthRecord& depth) {
+                                 std::span<const Pose> poses, OpenPair& open) {
   const Pose &X_WA = poses[pair.a], &X_WB = poses[pair.b];
   if (!is_ordinary(set, pair.a, X_WA, pair.b, X_WB)) return Certified::unknown;
   const Certified certified = certify_aligned_pair(set, pair, poses);
@@ -360,15 +372,16 @@ Certified certify_touching_boxes(const SolidSet& set, const Kernels& kernels, co
   if (axes.count == 0) return ask_touching_kernel(set, kernels, pair, poses);
   const Vector3 axis = X_WA.R.col(axes.first);
   const Vector3 n = dot(axis, X_WB.p - X_WA.p) >= 0.0 ? axis : Vector3(-axis);
-  for (int k = 0; k < 3; ++k) depth.n[k] = n(k);
-  depth.known = DepthKnown::axis;
-  return axes.count == 1 ? certify_flush_boxes(kernels, a, X_WA, b, X_WB, axes.first, n)
-                         : ask_touching_kernel(set, kernels, pair, poses);
+  for (int k = 0; k < 3; ++k) open.depth.n[k] = n(k);
+  open.depth.known = DepthKnown::axis;
+  if (axes.count > 1) return ask_touching_kernel(set, kernels, pair, poses);
+  open.flush = certify_flush_boxes(kernels, a, X_WA, b, X_WB, axes.first, n);
+  return open.flush->certified;
 }
 
-/// One pair by its kind's filters, the quickest first; see settle_boxes(). @param depth set where unknown.
+/// One pair by its kind's filters, the quickest first; see settle_boxes(). @param open set where unknown.
 Certified certify_one(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
-                      std::span<const Pose> poses, DepthRecord& depth) {
+                      std::span<const Pose> poses, OpenPair& open) {
   const SolidKind kind = kind_of(set, pair);
   const PoseRecord* X_W = records_of(poses);
   Certified certified = Certified::unknown;
@@ -381,14 +394,14 @@ Certified certify_one(const SolidSet& set, const Kernels& kernels, const SolidPa
       is_ordinary(set, pair.a, poses[pair.a], pair.b, poses[pair.b]))
     certified = certify_kinds(set, pair, poses);
   if (certified != Certified::unknown) return certified;
-  if (kind == SolidKind::box) certified = certify_touching_boxes(set, kernels, pair, poses, depth);
+  if (kind == SolidKind::box) certified = certify_touching_boxes(set, kernels, pair, poses, open);
   // Along a flush face's axis the hulls decide.
-  if (certified != Certified::unknown || depth.known == DepthKnown::axis) return certified;
+  if (certified != Certified::unknown || open.depth.known == DepthKnown::axis) return certified;
   certified = certify_by_coordinates(set, pair, poses);
   if (certified != Certified::unknown) return certified;
   const PairIndices indices{pair.a, pair.b};
-  compute_depths(set, kernels, kind, {&indices, 1}, poses, &depth);
-  return depth.certified;
+  compute_depths(set, kernels, kind, {&indices, 1}, poses, &open.depth);
+  return open.depth.certified;
 }
 
 PairStatus overlap_one(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
@@ -397,11 +410,11 @@ PairStatus overlap_one(const SolidSet& set, const Kernels& kernels, const SolidP
     if (!has_finite_poses(pair, poses)) return PairStatus::failed;
     return to_status(general_meet(set, kernels, pair, poses));
   }
-  DepthRecord depth{};
-  const Certified certified = certify_one(set, kernels, pair, poses, depth);
+  OpenPair open;
+  const Certified certified = certify_one(set, kernels, pair, poses, open);
   if (certified != Certified::unknown) return to_status(certified == Certified::overlapping);
   if (!has_finite_poses(pair, poses)) return PairStatus::failed;
-  return to_status(placed_meet(set, kernels, pair, poses, depth));
+  return to_status(placed_meet(set, kernels, pair, poses, open.depth, open.flush ? &*open.flush : nullptr));
 }
 
 }  // namespace
@@ -423,11 +436,15 @@ Certified certify_kinds(const SolidSet& set, const SolidPair& pair, std::span<co
   return certify_parallelepipeds(set.parallelepipeds[pair.a], X_WA, set.parallelepipeds[pair.b], X_WB);
 }
 
-bool hulls_meet(const Kernels& kernels, const PlacedPair& placed, const DepthRecord& depth) {
+bool hulls_meet(const Kernels& kernels, const PlacedPair& placed, const DepthRecord& depth,
+                const FlushVerdict* along) {
   // Along the depth's axis, in scaled heights; what these leave open is nearly decided: exactly, then.
   const bool has_axis = depth.known != DepthKnown::nothing;
   FlushVerdict flush;
-  if (has_axis) flush = certify_flush_along(kernels, placed, Vector3(depth.n[0], depth.n[1], depth.n[2]));
+  if (along != nullptr)
+    flush = *along;
+  else if (has_axis)
+    flush = certify_flush_along(kernels, placed, Vector3(depth.n[0], depth.n[1], depth.n[2]));
   if (flush.certified != Certified::unknown) return flush.certified == Certified::overlapping;
   numerics::ExactPair exact(placed.a_W, placed.b_W);
   const auto tried = flush.guess;

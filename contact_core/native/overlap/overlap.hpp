@@ -1,6 +1,7 @@
 #pragma once
 
 #include "touchstone/contact_core/narrowphase/narrowphase.hpp"
+#include "touchstone/contact_core/native/overlap/flush_hulls.hpp"
 #include "touchstone/contact_core/native/solids/placed_pair.hpp"
 
 // Overlap test: filters with error bounds, the cheapest that fits the pair's kind first, then exact
@@ -19,7 +20,9 @@ Certified certify_touching_pair(const SolidSet& set, const Kernels& kernels, con
 /// Whether a placed pair meets: its heights over the plane across the depth's axis, MPR, GJK, exact
 /// predicates.
 /// @param depth of the pair, which may know nothing.
-bool hulls_meet(const Kernels& kernels, const PlacedPair& placed, const DepthRecord& depth = {});
+/// @param along null, or what certify_flush() told along the depth's axis.
+bool hulls_meet(const Kernels& kernels, const PlacedPair& placed, const DepthRecord& depth = {},
+                const FlushVerdict* along = nullptr);
 
 /// @param cache empty, or one entry a pair. It keeps the last separating axis of general pairs in batches;
 /// other kinds, and single pairs, do not gain by it. Any contents are legal.
