@@ -214,6 +214,7 @@ int DifferenceDeterminant::exact_sign(Difference u, Difference v, Difference w) 
 }
 
 int DirectionSigns::unfiltered_sign(Difference w, const FilteredDeterminant& det) noexcept {
+  if (is_ready_ && determinant_.integers_fit_) return compare<6>(height(w.q), height(w.p));
   const int sign = determinant_.wide_filter(u_, v_, w, det);
   if (sign != kUncertain) return sign;
   if (!is_ready_) prepare_direction();

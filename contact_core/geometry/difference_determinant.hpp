@@ -116,6 +116,7 @@ class DirectionSigns {
 
   /// Sign of det[u v w].
   int sign(Difference w) noexcept {
+    if ((known_ >> w.p & known_ >> w.q & 1u) != 0) return compare<6>(heights_[w.q], heights_[w.p]);
     const FilteredDeterminant det = filtered_determinant(determinant_.rounded(w), cross_);
     return det.is_certain() ? det.sign() : unfiltered_sign(w, det);
   }

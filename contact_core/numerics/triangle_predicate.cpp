@@ -123,10 +123,23 @@ bool polygons_separate(DifferenceDeterminant& determinant, unsigned a, unsigned 
   return false;
 }
 
+Vector3 rounded(const DifferenceDeterminant& determinant, Difference d) {
+  return determinant.point(d.q) - determinant.point(d.p);
+}
+
+/// The square of the sine that rounding of vertices may leave between parallel edges, some u.
+constexpr double kParallelSquare = 0x1p-96;
+
+/// Lines that rounding alone has turned from each other: what is across both separates nothing, or next to. A
+/// guess: what is left out here is asked of all directions later.
+bool are_parallel(const DifferenceDeterminant& determinant, const CandidatePlane& plane) {
+  const Vector3 u = rounded(determinant, plane.u), v = rounded(determinant, plane.v), n = cross(u, v);
+  return !(dot(n, n) > kParallelSquare * (dot(u, u) * dot(v, v)));
+}
+
 /// A component of u x v that is not zero, so that dropping it maps the plane one to one; the largest first.
 std::optional<int> injective_axis(DifferenceDeterminant& determinant, const CandidatePlane& plane) {
-  const auto d = [&](Difference w) { return Vector3(determinant.point(w.q) - determinant.point(w.p)); };
-  const Vector3 n = cross(d(plane.u), d(plane.v));
+  const Vector3 n = cross(rounded(determinant, plane.u), rounded(determinant, plane.v));
   int largest = 0;
   for (int k = 1; k < 3; ++k)
     if (std::abs(n(k)) > std::abs(n(largest))) largest = k;
@@ -156,7 +169,7 @@ Certified certify_on(DifferenceDeterminant& determinant, const CandidatePlane& p
 
 /// The vertex of W furthest inwards from the triangle, to rounding.
 Difference furthest_inwards(const DifferenceDeterminant& determinant, const std::array<Difference, 3>& w) {
-  const auto d = [&](Difference x) { return Vector3(determinant.point(x.q) - determinant.point(x.p)); };
+  const auto d = [&](Difference x) { return rounded(determinant, x); };
   const Vector3 w0 = d(w[0]);
   const Vector3 n = cross(d(w[1]) - w0, d(w[2]) - w0);
   std::array<double, 16> along;
@@ -181,8 +194,9 @@ Certified certify_near(ExactPair& pair, const MinkowskiTriangle& guess) noexcept
     w[k] = {guess.a[k], kFirstOfB + guess.b[k]};
     if (determinant.is_zero(w[k])) return Certified::overlapping;
   }
+  // Of pairs that meet nearly all are held by W; planes tell of those that are apart, and touch along edges.
   OriginInTetrahedron origin(determinant, w);
-  if (origin.with(furthest_inwards(determinant, w))) return Certified::overlapping;
+  if (origin.with(furthest_inwards(determinant, w)) || origin.with_any()) return Certified::overlapping;
   for (const auto& plane : {facet_plane(guess.a, 0), facet_plane(guess.b, kFirstOfB)}) {
     const Certified certified = plane ? certify_on(determinant, *plane) : Certified::unknown;
     if (certified != Certified::unknown) return certified;
@@ -190,11 +204,13 @@ Certified certify_near(ExactPair& pair, const MinkowskiTriangle& guess) noexcept
   const Lines of_a = lines_between(guess.a, 0), of_b = lines_between(guess.b, kFirstOfB);
   for (int i = 0; i < of_a.count; ++i) {
     for (int j = 0; j < of_b.count; ++j) {
-      const Certified certified = certify_on(determinant, {of_a.of[i], of_b.of[j], of_a.of[i].p});
+      const CandidatePlane plane{of_a.of[i], of_b.of[j], of_a.of[i].p};
+      if (are_parallel(determinant, plane)) continue;
+      const Certified certified = certify_on(determinant, plane);
       if (certified != Certified::unknown) return certified;
     }
   }
-  return origin.with_any() ? Certified::overlapping : Certified::unknown;
+  return Certified::unknown;
 }
 
 }  // namespace touchstone::numerics

@@ -134,9 +134,11 @@ FlushAxes find_flush_axes(const BoxRecord& a, const Pose& X_WA, const BoxRecord&
   return found;
 }
 
-/// Boxes that touch face to face, by their heights over the plane of A's face along n, from A to B.
-FlushVerdict certify_flush_boxes(const Kernels& kernels, const BoxRecord& a, const Pose& X_WA,
-                                 const BoxRecord& b, const Pose& X_WB, int axis, const Vector3& n) {
+/// Boxes that touch face to face, by their heights over the plane of A's face along n, from A to B. No part
+/// of its caller, where every pair that touches would pay for its room on the stack.
+[[gnu::noinline]] FlushVerdict certify_flush_boxes(const Kernels& kernels, const BoxRecord& a,
+                                                   const Pose& X_WA, const BoxRecord& b, const Pose& X_WB,
+                                                   int axis, const Vector3& n) {
   WorldVertices a_W, b_W;
   native::world_vertices(local_vertices(a), X_WA, a_W);
   native::world_vertices(local_vertices(b), X_WB, b_W);
@@ -352,16 +354,16 @@ Certified ask_touching_kernel(const SolidSet& set, const Kernels& kernels, const
   return certified;
 }
 
-/// What is known of a pair that filters leave open.
+/// What is known of a pair that filters leave open. Two records: compilers clear one large one in a loop.
 struct OpenPair {
-  DepthRecord depth{};
-  std::optional<FlushVerdict> flush;  ///< along the depth's axis
+  DepthRecord& depth;
+  std::optional<FlushVerdict>& flush;  ///< along the depth's axis
 };
 
 /// As certify_touching_pair(), which distances ask, with faces that lie flush before the kernel: it decides
 /// where they do along several axes. @param open gets the axis of such a face, and what it told
 Certified certify_touching_boxes(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
-                                 std::span<const Pose> poses, OpenPair& open) {
+                                 std::span<const Pose> poses, const OpenPair& open) {
   const Pose &X_WA = poses[pair.a], &X_WB = poses[pair.b];
   if (!is_ordinary(set, pair.a, X_WA, pair.b, X_WB)) return Certified::unknown;
   const Certified certified = certify_aligned_pair(set, pair, poses);
@@ -381,7 +383,7 @@ Certified certify_touching_boxes(const SolidSet& set, const Kernels& kernels, co
 
 /// One pair by its kind's filters, the quickest first; see settle_boxes(). @param open set where unknown.
 Certified certify_one(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
-                      std::span<const Pose> poses, OpenPair& open) {
+                      std::span<const Pose> poses, const OpenPair& open) {
   const SolidKind kind = kind_of(set, pair);
   const PoseRecord* X_W = records_of(poses);
   Certified certified = Certified::unknown;
@@ -410,11 +412,12 @@ PairStatus overlap_one(const SolidSet& set, const Kernels& kernels, const SolidP
     if (!has_finite_poses(pair, poses)) return PairStatus::failed;
     return to_status(general_meet(set, kernels, pair, poses));
   }
-  OpenPair open;
-  const Certified certified = certify_one(set, kernels, pair, poses, open);
+  DepthRecord depth{};
+  std::optional<FlushVerdict> flush;
+  const Certified certified = certify_one(set, kernels, pair, poses, {depth, flush});
   if (certified != Certified::unknown) return to_status(certified == Certified::overlapping);
   if (!has_finite_poses(pair, poses)) return PairStatus::failed;
-  return to_status(placed_meet(set, kernels, pair, poses, open.depth, open.flush ? &*open.flush : nullptr));
+  return to_status(placed_meet(set, kernels, pair, poses, depth, flush ? &*flush : nullptr));
 }
 
 }  // namespace
@@ -460,7 +463,7 @@ bool hulls_meet(const Kernels& kernels, const PlacedPair& placed, const DepthRec
     if (!has_axis && (flush.miss == FlushMiss::rounding || flush.miss == FlushMiss::plane))
       flush = certify_flush_along(kernels, placed, best_face_normal(placed.pair));
     if (flush.certified != Certified::unknown) return flush.certified == Certified::overlapping;
-    if (flush.guess && flush.guess != tried) certified = numerics::certify_near(exact, *flush.guess);
+    if (flush.guess && !tried) certified = numerics::certify_near(exact, *flush.guess);
     if (certified == Certified::unknown) certified = numerics::certify_near(exact, {portal.a, portal.b});
     if (certified != Certified::unknown) return certified == Certified::overlapping;
   }
