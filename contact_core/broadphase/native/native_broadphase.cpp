@@ -154,8 +154,11 @@ class Scene {
     moved_.clear();
     all_moved_ = all;
     if (all) return;
+    moved_.resize(std::min<std::size_t>(moved.size(), bounds_.objects()));
+    std::size_t count = 0;
     for (const std::uint32_t object : moved)
-      if (std::exchange(is_moved_[object], 1) == 0) moved_.push_back(object);
+      if (std::exchange(is_moved_[object], 1) == 0) moved_[count++] = object;
+    moved_.resize(count);
   }
 
   bool stands_still(const SolidPair& pair) const noexcept {

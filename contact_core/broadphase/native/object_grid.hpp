@@ -216,8 +216,10 @@ class ObjectGrid {
   }
   /// @param v in sides of a cell. @param per_side cells a side.
   std::uint32_t cell_at(float v, float per_side, int axis) const noexcept {
-    const float last = static_cast<float>(count_[axis] - 1);
-    return static_cast<std::uint32_t>(std::min(std::max(v * per_side, 0.0F), last));
+    // Of integers compilers make no branches. What is in cells or asks for them is below 2^22 of these.
+    const auto cell = static_cast<std::int32_t>(v * per_side),
+               last = static_cast<std::int32_t>(count_[axis] - 1);
+    return static_cast<std::uint32_t>(std::min(std::max(cell, 0), last));
   }
 
   // The frame: of world coordinates axis_[0] runs along rows.

@@ -62,7 +62,7 @@ class ObjectPairs {
 
   static constexpr std::uint32_t kFew = ObjectForest::kFew;
   // Share of rows that are asked for one by one before the list is made: one in this many.
-  static constexpr std::uint32_t kRowsAskedFirst = 256;
+  static constexpr std::uint32_t kRowsAskedFirst = 1024;
   static constexpr std::size_t kMostWork = 4096;
   // Of the objects after it: from one partner in this many on, trying all is quicker.
   static constexpr std::uint32_t kCrowdedShare = 8;
