@@ -240,17 +240,18 @@ void settle_closely(const SolidSet& set, const Kernels& kernels, SolidKind kind,
 }
 
 /// The order in which the distance query asks, too: rounded margins, kernels for boxes that touch,
-/// coordinates, exact arithmetic last.
+/// coordinates, exact arithmetic last. Both kernels leave open what has a pose that is not finite.
 void settle_boxes(const SolidSet& set, const Kernels& kernels, std::span<const Pose> poses,
                   std::span<PairStatus> status, Block& block) {
   kernels.certify_boxes(records_of(poses), set.boxes.data(), block.boxes.pairs.data(), block.boxes.count,
                         block.certified.data());
   write_certified(block.boxes, block.certified, status, block.rest);
   if (block.rest.count == 0) return;
-  fail_not_finite(poses, status, block.rest);
   kernels.certify_touching_boxes(records_of(poses), set.boxes.data(), block.rest.pairs.data(),
                                  block.rest.count, block.certified.data());
   write_certified(block.rest, block.certified, status, block.boxes);
+  if (block.boxes.count == 0) return;
+  fail_not_finite(poses, status, block.boxes);
   settle_closely(set, kernels, SolidKind::box, block.boxes, poses, status);
 }
 
