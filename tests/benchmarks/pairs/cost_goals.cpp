@@ -78,7 +78,8 @@ constexpr const char* kCold = "cold data; kernels that leave few pairs open come
 constexpr const char* kFlushBlocks =
     "a search finds the common plane, heights over it and a second search decide; 2 % go to integers";
 constexpr const char* kFlushBoxes =
-    "heights over the common plane and a search decide; 3 %, whose edges lie on each other, go to integers";
+    "heights over the common plane and a search decide; 3 %, whose edges lie on each other, go to integers, "
+    "and one in 16 384, of which guesses fail, has all directions tried: 4.9 us hot";
 constexpr const char* kHullClass = "740 instructions, of which the search takes 650";
 constexpr const char* kHullDepth =
     "2 960 instructions on average: a search 1 120; where the pair overlaps 2 750 more; cold, it reads "

@@ -199,8 +199,9 @@ std::vector<WorldCost> measure_worlds() {
       {"the same, pairs by place", frame_ms(kBoxes, {.by_place = true}), 12, "ms", "tests of neighbours"});
   out.push_back({"with overlap, pairs by place", frame_ms(kBoxes, {.by_place = true, .overlap = true}), 22,
                  "ms", "shuffled records"});
-  out.push_back({"with manifolds, pairs by place", frame_ms(kBoxes, {.by_place = true, .manifold = true}), 45,
-                 "ms", "manifolds in batches"});
+  out.push_back(
+      {"with manifolds, pairs by place", frame_ms(kBoxes, {.by_place = true, .manifold = true}), 45, "ms",
+       "243 000 pairs at some 210 ns, as batches of random pairs take cold, whose records lie apart"});
   out.push_back({"with contacts (of pairs apart the class), pairs by place",
                  frame_ms(kBoxes, {.by_place = true, .manifold = true, .contacts = true}), 45, "ms",
                  "manifolds in batches"});
