@@ -105,8 +105,8 @@ class DartDetector final : public dart::collision::FCLCollisionDetector {
 
   bool check_pair(const ObjectPair& pair, const CollisionOption& option, CollisionResult* result) {
     checks().fetch_add(1, std::memory_order_relaxed);
-    const std::array<SolidHandle, 2> solids = {dart_plugin::solid_of(*pair.first).value(),
-                                               dart_plugin::solid_of(*pair.second).value()};
+    const std::array<SolidHandle, 2> solids = {*dart_plugin::solid_of(*pair.first),
+                                               *dart_plugin::solid_of(*pair.second)};
     const Pose X_1 = dart_plugin::pose_of(*pair.first), X_2 = dart_plugin::pose_of(*pair.second);
     const Query query{QueryKind::manifold, 0.0, options_.most_contacts, 0.0};
     native::PairAnswer answer;

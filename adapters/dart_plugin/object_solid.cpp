@@ -48,7 +48,7 @@ bool mesh_content(const dart::dynamics::MeshShape& shape, SolidContent& content)
 
 const native::SolidStore& solid_store() { return *shared_store(); }
 
-std::optional<native::SolidHandle> solid_of(const dart::collision::CollisionObject& object) {
+const native::SolidHandle* solid_of(const dart::collision::CollisionObject& object) {
   thread_local native::SolidMemory memory(shared_store());
   const dart::dynamics::ConstShapePtr shape = object.getShape();
   if (shape->is<dart::dynamics::BoxShape>())
@@ -56,7 +56,7 @@ std::optional<native::SolidHandle> solid_of(const dart::collision::CollisionObje
   SolidContent content;
   if (!shape->is<dart::dynamics::MeshShape>() ||
       !mesh_content(static_cast<const dart::dynamics::MeshShape&>(*shape), content))
-    return std::nullopt;
+    return nullptr;
   return memory.find(content);
 }
 

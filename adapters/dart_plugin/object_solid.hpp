@@ -1,7 +1,6 @@
 #pragma once
 
 #include <dart/collision/CollisionObject.hpp>
-#include <optional>
 
 #include "touchstone/contact_core/geometry/pose.hpp"
 #include "touchstone/contact_core/native/engine/solid_store.hpp"
@@ -13,8 +12,8 @@ namespace touchstone::dart_plugin {
 /// Of all detectors of the process.
 const native::SolidStore& solid_store();
 
-/// Empty for a shape that is not ours to check. Held until 1024 other shapes were asked for on this thread.
-std::optional<native::SolidHandle> solid_of(const dart::collision::CollisionObject& object);
+/// Null for a shape that is not ours to check. Held until 1024 other shapes were asked for on this thread.
+const native::SolidHandle* solid_of(const dart::collision::CollisionObject& object);
 
 Pose pose_of(const dart::collision::CollisionObject& object);
 

@@ -48,12 +48,13 @@ const std::shared_ptr<native::SolidStore>& solid_store() {
   return store;
 }
 
-std::optional<native::SolidHandle> solid_of(const std::shared_ptr<native::SolidStore>& store,
-                                            const mjModel& model, int geom) {
+const native::SolidHandle* solid_of(const std::shared_ptr<native::SolidStore>& store, const mjModel& model,
+                                    int geom) {
   SolidMemory& memory = memory_of(store);
   if (model.geom_type[geom] == mjGEOM_BOX) {
     const mjtNum* const half = model.geom_size + 3 * static_cast<std::ptrdiff_t>(geom);
-    return memory.find_box({2.0 * half[0], 2.0 * half[1], 2.0 * half[2]});
+    const double sides[3] = {2.0 * half[0], 2.0 * half[1], 2.0 * half[2]};
+    return memory.find_box(sides);
   }
   // All of the mesh where it has eight vertices.
   const int mesh = model.geom_dataid[geom];
@@ -62,7 +63,7 @@ std::optional<native::SolidHandle> solid_of(const std::shared_ptr<native::SolidS
   if (model.mesh_vertnum[mesh] == Hexahedron::kVertices)
     std::copy_n(vertices, corners.size(), corners.data());
   else if (!hull_corners(model, mesh, vertices, corners))
-    return std::nullopt;
+    return nullptr;
   return memory.find_hull(corners);
 }
 

@@ -45,12 +45,12 @@ mjfCollision before(const mjModel& model, int geom1, int geom2) {
 }
 
 struct SolidPairHandles {
-  std::optional<SolidHandle> first, second;
+  const SolidHandle *first, *second;
 
   SolidPairHandles(const std::shared_ptr<native::SolidStore>& store, const mjModel& model, int geom1,
                    int geom2)
-      : first(solid_of(store, model, geom1)), second(first ? solid_of(store, model, geom2) : first) {}
-  bool known() const { return first && second; }
+      : first(solid_of(store, model, geom1)), second(first ? solid_of(store, model, geom2) : nullptr) {}
+  bool known() const { return first != nullptr && second != nullptr; }
 };
 
 void tell(PairObserver& observer, const SolidPairHandles& pair, const Pose& X_1, const Pose& X_2,

@@ -56,7 +56,7 @@ int collide_hexahedra(dGeomID geom1, dGeomID geom2, int flags, dContactGeom* con
 
 int collide_with_box(dGeomID geom, dGeomID box, int flags, dContactGeom* contacts, int skip) {
   const GeomSolid& a = solid_of(geom);
-  const auto b = solid_of_box(box);
+  const native::SolidHandle* const b = solid_of_box(box);
   if (!a.store || !a.store->is_native() || !b) return refuse();
   return collide_solids(geom, a.solid, box, *b, *a.store, flags, contacts, skip);
 }

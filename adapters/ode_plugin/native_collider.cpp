@@ -31,14 +31,15 @@ double share_of_first(int code) {
   return 0.5;
 }
 
-void write_contact(const ContactPoint& point, const Vector3& n_12_W, dGeomID geom1, dGeomID geom2,
+/// @param n_21_W the contact's normal, a copy: `contact` may be anywhere
+void write_contact(const ContactPoint& point, const Vector3 n_21_W, dGeomID geom1, dGeomID geom2,
                    dContactGeom& contact) {
-  for (int k = 0; k < 3; ++k) {
-    contact.pos[k] = 0.5 * (point.p_A_W[k] + point.p_B_W[k]);
-    contact.normal[k] = -n_12_W[k];
-  }
+  const double depth = point.separation < 0.0 ? -point.separation : 0.0;
+  const Vector3 middle = 0.5 * (point.p_A_W + point.p_B_W);
+  for (int k = 0; k < 3; ++k) contact.pos[k] = middle[k];
+  for (int k = 0; k < 3; ++k) contact.normal[k] = n_21_W[k];
   contact.pos[3] = contact.normal[3] = 0.0;
-  contact.depth = point.separation < 0.0 ? -point.separation : 0.0;
+  contact.depth = depth;
   contact.g1 = geom1, contact.g2 = geom2;
   contact.side1 = contact.side2 = -1;
 }
@@ -55,20 +56,24 @@ dContactGeom& contact_at(dContactGeom* contacts, int skip, int i) {
                                           static_cast<std::ptrdiff_t>(skip) * i);
 }
 
-Pose pose_of(dGeomID geom) {
+void write_pose(dGeomID geom, Pose& X) {
   const dReal *R = dGeomGetRotation(geom), *p = dGeomGetPosition(geom);
-  Pose X;
   for (int i = 0; i < 3; ++i)
     for (int k = 0; k < 3; ++k) X.R(i, k) = R[4 * i + k];
-  X.p = {p[0], p[1], p[2]};
+  for (int k = 0; k < 3; ++k) X.p[k] = p[k];
+}
+
+Pose pose_of(dGeomID geom) {
+  Pose X;
+  write_pose(geom, X);
   return X;
 }
 
-std::optional<SolidHandle> solid_of_box(dGeomID box) {
+const SolidHandle* solid_of_box(dGeomID box) {
   thread_local native::SolidMemory memory(solid_store());
   dVector3 sides;
   dGeomBoxGetLengths(box, sides);
-  return memory.find_box({sides[0], sides[1], sides[2]});
+  return memory.find_box(sides);
 }
 
 void count_check() { checks.fetch_add(1, std::memory_order_relaxed); }
@@ -81,12 +86,14 @@ int refuse() {
 int collide_solids(dGeomID geom1, const SolidHandle& solid1, dGeomID geom2, const SolidHandle& solid2,
                    const SolidStore& store, int flags, dContactGeom* contacts, int skip) {
   count_check();
+  const native::PairPlaces places = store.places_of(solid1, solid2);
+  write_pose(geom1, *places.X_WA), write_pose(geom2, *places.X_WB);
   // One manifold answers, with as many points as ODE asks for.
   const int most = std::min(most_contacts(flags), kMaxManifoldPoints);
   const bool any_will_do = (static_cast<unsigned>(flags) & CONTACTS_UNIMPORTANT) != 0;
   native::PairAnswer answer;
   const Query query{QueryKind::manifold, 0.0, any_will_do ? kMaxManifoldPoints : most, kPointReach};
-  store.compute_manifold(solid1, pose_of(geom1), solid2, pose_of(geom2), query, answer);
+  store.compute_manifold(solid1, solid2, query, answer);
   // The observer sees the answer before it becomes ODE's contacts.
   if (PairObserver* const who = observer()) {
     const Hexahedron a = store.solid(solid1), b = store.solid(solid2);
@@ -101,11 +108,12 @@ int collide_solids(dGeomID geom1, const SolidHandle& solid1, dGeomID geom2, cons
   // Pairs apart get no contacts; of the others also points that are slightly apart count.
   if (answer.status == PairStatus::failed) return refuse();
   if (answer.status != PairStatus::overlapping) return 0;
+  const Vector3 n_21_W = -answer.geometry.n_AB_W;
+  const int found = std::min(answer.geometry.point_count, most);
   int count = 0;
-  for (int i = 0; i < answer.geometry.point_count && count < most; ++i) {
+  for (int i = 0; i < found; ++i) {
     if (answer.points[i].separation > kPointReach) continue;
-    write_contact(answer.points[i], answer.geometry.n_AB_W, geom1, geom2,
-                  contact_at(contacts, skip, count++));
+    write_contact(answer.points[i], n_21_W, geom1, geom2, contact_at(contacts, skip, count++));
   }
   return count;
 }
@@ -131,8 +139,7 @@ void set_observer(PairObserver* who) { current_observer.store(who, std::memory_o
 
 void observe_contacts(dGeomID box1, dGeomID box2, dContactGeom* contacts, int skip, int count, int code,
                       PairObserver& who) {
-  const auto solid1 = solid_of_box(box1);
-  const auto solid2 = solid1 ? solid_of_box(box2) : solid1;
+  const SolidHandle *const solid1 = solid_of_box(box1), *const solid2 = solid1 ? solid_of_box(box2) : nullptr;
   if (!solid1 || !solid2) return;
   count_check();
   const std::shared_ptr<SolidStore> store = solid_store();

@@ -3,7 +3,6 @@
 #include <ode/ode.h>
 
 #include <memory>
-#include <optional>
 
 #include "touchstone/contact_core/narrowphase/pair_observer.hpp"
 #include "touchstone/contact_core/native/engine/solid_store.hpp"
@@ -21,8 +20,8 @@ int collide_solids(dGeomID geom1, const native::SolidHandle& solid1, dGeomID geo
                    const native::SolidHandle& solid2, const native::SolidStore& store, int flags,
                    dContactGeom* contacts, int skip);
 
-/// The box's solid, remembered by this thread. Empty for a box of zero volume.
-std::optional<native::SolidHandle> solid_of_box(dGeomID box);
+/// The box's solid, remembered by this thread. Null for a box of zero volume.
+const native::SolidHandle* solid_of_box(dGeomID box);
 
 /// The i-th contact of an array with `skip` bytes from one to the next.
 dContactGeom& contact_at(dContactGeom* contacts, int skip, int i);

@@ -31,7 +31,8 @@ std::size_t SolidMemory::Hash::operator()(const SolidContent& content) const {
 
 bool SolidMemory::SameBits::operator()(const SolidContent& a, const SolidContent& b) const {
   if (a.is_box != b.is_box) return false;
-  return std::equal(a.points.begin(), a.points.begin() + used_points(a), b.points.begin(), same_bits);
+  return std::equal(a.points.begin(), a.points.begin() + used_points(a), b.points.begin(),
+                    [](const auto& p, const auto& q) { return same_bits(p.data(), q.data()); });
 }
 
 SolidMemory::SolidMemory(std::shared_ptr<SolidStore> store) : store_(std::move(store)) {
@@ -42,20 +43,20 @@ SolidMemory::~SolidMemory() {
   while (!places_.empty()) forget_oldest();
 }
 
-std::optional<SolidHandle> SolidMemory::find_other_box(const Sides& sides) {
+const SolidHandle* SolidMemory::find_other_box(const Sides& sides) {
   SolidContent content;
   content.is_box = true;
   content.points[0] = sides;
   return find(content);
 }
 
-std::optional<SolidHandle> SolidMemory::find_hull(const Corners& corners) {
+const SolidHandle* SolidMemory::find_hull(const Corners& corners) {
   const auto coordinate = [&](std::size_t i, std::size_t k) {
     return static_cast<double>(corners[3 * i + k]);
   };
   // What was asked for last is compared as it stands.
-  Places::value_type* const recent =
-      recent_[recent_place({coordinate(0, 0), coordinate(0, 1), coordinate(0, 2)})];
+  const Sides first = {coordinate(0, 0), coordinate(0, 1), coordinate(0, 2)};
+  Places::value_type* const recent = recent_[recent_place(first.data())];
   if (recent != nullptr && !recent->first.is_box) {
     std::uint64_t differ = 0;
     for (std::size_t i = 0; i < Hexahedron::kVertices; ++i)
@@ -71,8 +72,8 @@ std::optional<SolidHandle> SolidMemory::find_hull(const Corners& corners) {
   return find(content);
 }
 
-std::optional<SolidHandle> SolidMemory::find(const SolidContent& content) {
-  Places::value_type*& recent = recent_[recent_place(content.points[0])];
+const SolidHandle* SolidMemory::find(const SolidContent& content) {
+  Places::value_type*& recent = recent_[recent_place(content.points[0].data())];
   if (recent == nullptr || !SameBits{}(recent->first, content)) {
     const auto known = places_.find(content);
     recent = known == places_.end() ? nullptr : &*known;
@@ -85,12 +86,12 @@ std::optional<SolidHandle> SolidMemory::find(const SolidContent& content) {
   place->second = {solid, order_.begin()};
   recent = &*place;
   if (places_.size() > kPlaces) forget_oldest();
-  return solid;
+  return use(*place);
 }
 
 void SolidMemory::forget_oldest() {
   const auto oldest = places_.find(*order_.back());
-  Places::value_type*& recent = recent_[recent_place(oldest->first.points[0])];
+  Places::value_type*& recent = recent_[recent_place(oldest->first.points[0].data())];
   if (recent == &*oldest) recent = nullptr;
   if (oldest->second.solid) store_->release(*oldest->second.solid);
   order_.pop_back();

@@ -26,17 +26,18 @@ class SolidMemory {
   SolidMemory(const SolidMemory&) = delete;
   SolidMemory& operator=(const SolidMemory&) = delete;
 
-  /// Held until kPlaces other contents have been asked for. Empty for a content that is no hexahedron.
-  std::optional<SolidHandle> find(const SolidContent& content);
-  /// As find() of a box of these sides.
-  std::optional<SolidHandle> find_box(const Sides& sides) {
+  /// Held until kPlaces other contents have been asked for. Null for a content that is no hexahedron.
+  const SolidHandle* find(const SolidContent& content);
+  /// As find() of a box of these sides. Null for one that is no hexahedron.
+  /// @param sides of three, read one by one: a copy of what an engine has just written would wait for it.
+  const SolidHandle* find_box(const double* sides) {
     Places::value_type* const recent = recent_[recent_place(sides)];
-    if (recent == nullptr || !recent->first.is_box || !same_bits(recent->first.points[0], sides))
-      return find_other_box(sides);
+    if (recent == nullptr || !recent->first.is_box || !same_bits(recent->first.points[0].data(), sides))
+      return find_other_box({sides[0], sides[1], sides[2]});
     return use(*recent);
   }
   /// As find() of these vertices.
-  std::optional<SolidHandle> find_hull(const Corners& corners);
+  const SolidHandle* find_hull(const Corners& corners);
 
  private:
   struct Hash {  ///< not noexcept: the places then keep theirs, and compare it first
@@ -55,22 +56,22 @@ class SolidMemory {
 
   static constexpr std::size_t kRecent = 64;  ///< six bits of a hash
   /// From one corner's coordinates: no more than a guess. Round numbers differ in their highest bits only.
-  static std::size_t recent_place(const std::array<double, 3>& corner) {
+  static std::size_t recent_place(const double* corner) {
     const auto bits = [&](int k) { return std::bit_cast<std::uint64_t>(corner[k]); };
     return (bits(0) * 0x9e3779b97f4a7c15u + bits(1) * 0xc2b2ae3d27d4eb4fu + bits(2) * 0xff51afd7ed558ccdu) >>
            58;
   }
-  static bool same_bits(const std::array<double, 3>& p, const std::array<double, 3>& q) {
+  static bool same_bits(const double* p, const double* q) {
     const auto differ = [&](int k) {
       return std::bit_cast<std::uint64_t>(p[k]) ^ std::bit_cast<std::uint64_t>(q[k]);
     };
     return (differ(0) | differ(1) | differ(2)) == 0;
   }
-  std::optional<SolidHandle> use(Places::value_type& known) {
+  const SolidHandle* use(Places::value_type& known) {
     if (order_.front() != &known.first) order_.splice(order_.begin(), order_, known.second.in_order);
-    return known.second.solid;
+    return known.second.solid ? &*known.second.solid : nullptr;
   }
-  std::optional<SolidHandle> find_other_box(const Sides& sides);
+  const SolidHandle* find_other_box(const Sides& sides);
   void forget_oldest();
 
   std::shared_ptr<SolidStore> store_;

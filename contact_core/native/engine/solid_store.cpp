@@ -104,6 +104,12 @@ void turn_round(PairAnswer& answer) {
   }
 }
 
+/// This thread's, by the place of a solid in a store: only the two of the pair at hand are ever read.
+std::vector<Pose>& thread_poses() {
+  thread_local std::vector<Pose> poses;
+  return poses;
+}
+
 }  // namespace
 
 /// Another narrowphase, its solids in the places that the set would have them.
@@ -146,7 +152,11 @@ struct SolidStore::Other {
   }
 };
 
-SolidStore::SolidStore() : kernels_(kernels()) {}
+SolidStore::SolidStore() : kernels_(kernels()) {
+  constexpr std::size_t kFirstPlaces = 16;
+  sets_.push_back(std::make_unique<SolidSet>(make_places(kFirstPlaces)));
+  set_ = sets_.back().get();
+}
 
 SolidStore::SolidStore(std::unique_ptr<Narrowphase> narrowphase) : SolidStore() {
   if (!narrowphase) throw InputError("a check inside an engine: no narrowphase");
@@ -175,16 +185,17 @@ std::optional<SolidHandle> SolidStore::acquire(const SolidContent& content) {
   const std::optional<Hexahedron> solid = make_solid(content);
   if (!solid) return std::nullopt;
   SolidSet twice = make_solid_set(std::array{*solid, *solid});
+  make_placeable(twice);
 
   const std::unique_lock lock(mutex_);
   const auto [entry, is_new] = entries_.try_emplace(content, Entry{0, 0});
   if (!is_new) return use(*entry);
   Key& key = entry->second.key;
-  key = static_cast<Key>(set_.kinds.size() / 2);
-  if (!unused_.empty()) key = unused_.front();
+  key = unused_.empty() ? static_cast<Key>(entries_.size() - 1) : unused_.front();
   try {
+    SolidSet& set = set_with_place(key);
     if (other_) other_->set(2 * static_cast<std::size_t>(key), *solid);
-    set_solids(set_, 2 * static_cast<std::size_t>(key), std::move(twice));
+    put_in_places(set, 2 * static_cast<std::size_t>(key), twice);
   } catch (const InputError&) {
     entries_.erase(entry);
     return std::nullopt;
@@ -197,6 +208,16 @@ std::optional<SolidHandle> SolidStore::acquire(const SolidContent& content) {
     unused_.pop_back();
   }
   return use(*entry);
+}
+
+SolidSet& SolidStore::set_with_place(Key key) {
+  const std::size_t places = sets_.back()->kinds.size();
+  if (2 * static_cast<std::size_t>(key) + 1 < places) return *sets_.back();
+  auto larger = std::make_unique<SolidSet>(make_places(2 * places));
+  put_in_places(*larger, 0, *sets_.back());
+  sets_.push_back(std::move(larger));
+  set_.store(sets_.back().get(), std::memory_order_release);
+  return *sets_.back();
 }
 
 void SolidStore::release(const SolidHandle& solid) {
@@ -215,26 +236,33 @@ std::size_t SolidStore::size() const {
 
 Hexahedron SolidStore::solid(const SolidHandle& solid) const { return *make_solid(*solid.content); }
 
-void SolidStore::compute_manifold(const SolidHandle& a, const Pose& X_WA, const SolidHandle& b,
-                                  const Pose& X_WB, const Query& query, PairAnswer& answer) const noexcept {
-  if (other_) return ask_other(a, X_WA, b, X_WB, query, answer);
-  thread_local std::vector<Pose> poses;  // only the two of the pair are ever read
+PairPlaces SolidStore::places_of(const SolidHandle& a, const SolidHandle& b) const noexcept {
+  std::vector<Pose>& poses = thread_poses();
+  const std::size_t places = set_.load(std::memory_order_acquire)->kinds.size();
+  if (poses.size() < places) poses.resize(places);
+  return {&poses[2 * a.key], &poses[2 * b.key + 1]};
+}
+
+void SolidStore::compute_manifold(const SolidHandle& a, const SolidHandle& b, const Query& query,
+                                  PairAnswer& answer) const noexcept {
+  if (other_) return ask_other(a, b, query, answer);
+  std::vector<Pose>& poses = thread_poses();
   answer.geometry.point_count = 0;
   answer.status = PairStatus::failed;
-  const std::shared_lock lock(mutex_);
   const SolidPair pair{2 * a.key, 2 * b.key + 1};
-  if (poses.size() < set_.kinds.size()) poses.resize(set_.kinds.capacity());
-  poses[pair.a] = X_WA;
-  poses[pair.b] = X_WB;
-  if (!are_surely_valid(X_WA, X_WB) && (!make_valid(poses[pair.a]) || !make_valid(poses[pair.b]))) return;
+  Pose &X_WA = poses[pair.a], &X_WB = poses[pair.b];
+  if (!are_surely_valid(X_WA, X_WB) && (!make_valid(X_WA) || !make_valid(X_WB))) return;
   NarrowphaseInput input{{&pair, 1}, poses, query};
   input.query.max_separation = std::max(query.max_separation, 0.0);
-  native::compute_geometry(set_, kernels_, input, {&answer.status, 1}, {&answer.geometry, 1}, answer.points);
+  native::compute_geometry(*set_.load(std::memory_order_acquire), kernels_, input, {&answer.status, 1},
+                           {&answer.geometry, 1}, answer.points);
 }
 
 /// Pairs are asked in ascending order, and the answer is turned round where the engine's is another.
-void SolidStore::ask_other(const SolidHandle& a, const Pose& X_WA, const SolidHandle& b, const Pose& X_WB,
-                           const Query& query, PairAnswer& answer) const noexcept {
+void SolidStore::ask_other(const SolidHandle& a, const SolidHandle& b, const Query& query,
+                           PairAnswer& answer) const noexcept {
+  const PairPlaces places = places_of(a, b);
+  const Pose &X_WA = *places.X_WA, &X_WB = *places.X_WB;
   thread_local std::vector<Pose> poses;
   answer.geometry = no_geometry();
   answer.status = PairStatus::failed;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -34,6 +35,12 @@ struct SolidHandle {
   const SolidContent* content;
 };
 
+/// Where the check reads the poses of a pair.
+struct PairPlaces {
+  Pose* X_WA;
+  Pose* X_WB;
+};
+
 struct PairAnswer {
   PairStatus status;
   PairGeometry geometry;
@@ -41,8 +48,8 @@ struct PairAnswer {
 };
 
 /// Solids by content: a thousand equal boxes are one entry. Entries are counted, and used again when their
-/// last user has gone. Members may be called from any threads at once; those that measure() do not wait for
-/// each other. Allocates only where a content is new, and on a thread's first measure() after that.
+/// last user has gone. Members may be called from any threads at once; compute_manifold() of the native check
+/// waits for nobody. Allocates only where a content is new, and on a thread's first pair after that.
 class SolidStore {
  public:
   SolidStore();
@@ -72,7 +79,18 @@ class SolidStore {
   /// touching than it tells.
   /// @pre the handles are not released; query.max_points is 1 to kMaxManifoldPoints.
   void compute_manifold(const SolidHandle& a, const Pose& X_WA, const SolidHandle& b, const Pose& X_WB,
-                        const Query& query, PairAnswer& answer) const noexcept;
+                        const Query& query, PairAnswer& answer) const noexcept {
+    const PairPlaces places = places_of(a, b);
+    *places.X_WA = X_WA, *places.X_WB = X_WB;
+    compute_manifold(a, b, query, answer);
+  }
+  /// The same of the poses that the caller has written into places_of() the pair, on this thread, after any
+  /// other pair was asked for.
+  void compute_manifold(const SolidHandle& a, const SolidHandle& b, const Query& query,
+                        PairAnswer& answer) const noexcept;
+  /// Saves an engine's plug-in from copying poses that it has just made. They stay where they are until this
+  /// thread's next call.
+  PairPlaces places_of(const SolidHandle& a, const SolidHandle& b) const noexcept;
 
   /// A copy: for those who write the solid down.
   Hexahedron solid(const SolidHandle& solid) const;
@@ -87,12 +105,17 @@ class SolidStore {
 
   struct Other;
 
-  void ask_other(const SolidHandle& a, const Pose& X_WA, const SolidHandle& b, const Pose& X_WB,
-                 const Query& query, PairAnswer& answer) const noexcept;
+  void ask_other(const SolidHandle& a, const SolidHandle& b, const Query& query,
+                 PairAnswer& answer) const noexcept;
+  SolidSet& set_with_place(Key key);
 
   // A query names a solid and its pose by one index. Each content is there twice, as A at 2 key and as B at
   // 2 key + 1, so that a pair of equal solids is a pair.
-  SolidSet set_;
+  //
+  // Queries read the set without a lock: a solid is put into places that no user's handle names, and where
+  // these run out a set twice as large takes the old one's place, which stays for those who still read it.
+  std::vector<std::unique_ptr<SolidSet>> sets_;
+  std::atomic<const SolidSet*> set_;  ///< the last of these
   Entries entries_;
   /// A heap, the least first: after all are released the same contents in the same order get the same keys
   /// again, on which the order depends in which another narrowphase is asked.

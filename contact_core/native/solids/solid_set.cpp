@@ -6,6 +6,7 @@
 #include <optional>
 #include <unordered_set>
 #include <utility>
+#include <vector>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/memory/reserve_more.hpp"
@@ -222,6 +223,25 @@ SolidSet make_set(std::span<const Hexahedron> solids, const SolidSet& before, st
 
 bool is_plain_box(const Hexahedron& solid) { return solid.is_box() && !solid.is_rounded(); }
 
+/// Writes all lists of `solids`, from `first` on, but for the hulls. What stands within the set is written
+/// over, and nothing else of the set then.
+void put_lists(SolidSet& set, std::size_t first, const SolidSet& solids) {
+  const auto put = [first](auto& to, const auto& from) {
+    const std::size_t replaced = std::min(from.size(), to.size() - first);
+    const auto split = from.begin() + static_cast<std::ptrdiff_t>(replaced);
+    std::copy(from.begin(), split, to.begin() + static_cast<std::ptrdiff_t>(first));
+    if (split != from.end()) to.insert(to.end(), split, from.end());
+  };
+  if (!solids.parallelepipeds.empty()) {
+    put(set.parallelepipeds, solids.parallelepipeds);
+    put(set.parallelepiped_edges, solids.parallelepiped_edges);
+  }
+  put(set.kinds, solids.kinds), put(set.ordinary, solids.ordinary);
+  put(set.boxes, solids.boxes), put(set.vertices, solids.vertices);
+  put(set.solids, solids.solids);
+  if (!solids.radii.empty()) put(set.radii, solids.radii);
+}
+
 }  // namespace
 
 const VertexRecord* vertex_records(const SolidSet& set) {
@@ -255,21 +275,24 @@ void set_solids(SolidSet& set, std::size_t first, SolidSet solids) {
     solids.radii.resize(solids.kinds.size(), 0.0);
   }
   take_places(set, first, solids, solids.kinds.size());
-  const auto put = [first](auto& to, const auto& from) {
-    const std::size_t replaced = std::min(from.size(), to.size() - first);
-    const auto split = from.begin() + static_cast<std::ptrdiff_t>(replaced);
-    std::copy(from.begin(), split, to.begin() + static_cast<std::ptrdiff_t>(first));
-    to.insert(to.end(), split, from.end());
-  };
-  if (!solids.parallelepipeds.empty()) {
-    put(set.parallelepipeds, solids.parallelepipeds);
-    put(set.parallelepiped_edges, solids.parallelepiped_edges);
-  }
-  put(set.kinds, solids.kinds), put(set.ordinary, solids.ordinary);
-  put(set.boxes, solids.boxes), put(set.vertices, solids.vertices);
-  put(set.solids, solids.solids);
+  put_lists(set, first, solids);
   for (std::size_t i = 0; i < solids.kinds.size(); ++i) set.hulls[first + i] = std::move(solids.hulls[i]);
-  if (!solids.radii.empty()) put(set.radii, solids.radii);
+}
+
+SolidSet make_places(std::size_t count) {
+  // No box: a set of boxes alone goes without some lists.
+  static const Hexahedron wedge = Hexahedron::from_vertices(
+      {{{0, 0, 0}, {0, 0, 1}, {0, 1, 0}, {0, 1, 1}, {1, 0, 0}, {1, 0, 1}, {2, 1, 0}, {2, 1, 1}}});
+  return make_solid_set(std::vector<Hexahedron>(count, wedge));
+}
+
+void make_placeable(SolidSet& solids) {
+  if (solids.parallelepipeds.empty()) add_parallelepipeds(solids);
+}
+
+void put_in_places(SolidSet& set, std::size_t first, const SolidSet& solids) {
+  put_lists(set, first, solids);
+  for (std::size_t i = 0; i < solids.kinds.size(); ++i) set.hulls[first + i] = solids.hulls[i];
 }
 
 }  // namespace touchstone::native

@@ -95,4 +95,12 @@ void set_solids(SolidSet& set, std::size_t first, SolidSet solids);
 /// The same of solids that have no set yet.
 void set_solids(SolidSet& set, std::size_t first, std::span<const Hexahedron> solids);
 
+/// A set of this many places, for solids without a radius that come and go while others are read: putting
+/// some in writes their own records alone, and moves and resizes none of the lists.
+SolidSet make_places(std::size_t count);
+/// Gives solids all that such places have.
+void make_placeable(SolidSet& solids);
+/// Throws nothing. @pre placeable, or a set of places; they fit in.
+void put_in_places(SolidSet& set, std::size_t first, const SolidSet& solids);
+
 }  // namespace touchstone::native

@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <random>
+#include <thread>
+#include <vector>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/tests/support/counting_allocator.hpp"
@@ -73,6 +76,58 @@ TEST(SolidMemory, WhatIsNotANumberIsNobodyElsesSolid) {
   EXPECT_EQ(store.size(), 1u);
 }
 
+/// With a corner at zero, so that the memory guesses the same place for all of them.
+SolidContent box_at_corner(const SolidContent& box) {
+  const auto& [x, y, z] = box.points[0];
+  const auto vertices = Hexahedron::from_size({x, y, z}).vertices();
+  SolidContent content;
+  for (std::size_t i = 0; i < content.points.size(); ++i)
+    for (int k = 0; k < 3; ++k) content.points[i][k] = vertices[i][k] - vertices[0][k];
+  return content;
+}
+
+/// The points' separations of the solid on itself, turned and 0.9 m aside.
+std::vector<double> depths_of(const SolidStore& store, const SolidHandle& solid) {
+  Pose X_WA, X_WB;
+  X_WA.R = rotation_from_quaternion(1.0, 0.1, 0.2, 0.3);
+  X_WB.p = {0.9, 0.1, 0.0};
+  PairAnswer answer;
+  store.compute_manifold(solid, X_WA, solid, X_WB, {QueryKind::manifold, 0.0, kMaxManifoldPoints, 0.0},
+                         answer);
+  std::vector<double> depths{answer.geometry.separation};
+  for (int i = 0; i < answer.geometry.point_count; ++i) depths.push_back(answer.points[i].separation);
+  return depths;
+}
+
+TEST(SolidStore, AnswersStayTheSameWhileOthersComeAndGo) {
+  SolidStore store;
+  SolidContent hull = box_at_corner(box(1, 1, 1));
+  hull.points[7][0] += 0.5;
+  const SolidHandle a = *store.acquire(box(1, 1.5, 2)), b = *store.acquire(hull);
+  const std::vector<double> of_box = depths_of(store, a), of_hull = depths_of(store, b);
+  ASSERT_GT(of_box.size(), 1u);
+  ASSERT_GT(of_hull.size(), 1u);
+  // One thread asks while this one brings as many as make the store larger several times.
+  std::atomic<bool> goes_on = true;
+  std::atomic<int> wrong = 0, asked = 0;
+  std::thread asks([&] {
+    for (; goes_on; ++asked)
+      if (depths_of(store, a) != of_box || depths_of(store, b) != of_hull) ++wrong;
+  });
+  std::vector<SolidHandle> others;
+  for (const SolidContent& other : random_boxes(300)) {
+    others.push_back(*store.acquire(other));
+    others.push_back(*store.acquire(box_at_corner(other)));
+    if (others.size() % 3 == 0) store.release(others.back()), others.pop_back();
+  }
+  while (asked < 100) std::this_thread::yield();
+  goes_on = false;
+  asks.join();
+  EXPECT_EQ(wrong, 0);
+  EXPECT_EQ(store.size(), others.size() + 2);
+  for (const SolidHandle& other : others) store.release(other);
+}
+
 TEST(SolidMemory, ForgetsWhatWasAskedForLongestAgo) {
   const std::vector<SolidContent> contents = random_boxes(SolidMemory::kPlaces + 1);
   const auto store = std::make_shared<SolidStore>();
@@ -96,16 +151,6 @@ TEST(SolidMemory, ForgetsWhatWasAskedForLongestAgo) {
   EXPECT_EQ(store->size(), 0u);
 }
 
-/// With a corner at zero, so that the memory guesses the same place for all of them.
-SolidContent box_at_corner(const SolidContent& box) {
-  const auto& [x, y, z] = box.points[0];
-  const auto vertices = Hexahedron::from_size({x, y, z}).vertices();
-  SolidContent content;
-  for (std::size_t i = 0; i < content.points.size(); ++i)
-    for (int k = 0; k < 3; ++k) content.points[i][k] = vertices[i][k] - vertices[0][k];
-  return content;
-}
-
 TEST(SolidMemory, WhatIsForgottenIsTakenAnew) {
   const auto store = std::make_shared<SolidStore>();
   SolidMemory memory(store);
@@ -114,7 +159,7 @@ TEST(SolidMemory, WhatIsForgottenIsTakenAnew) {
   for (const SolidContent& other : random_boxes(SolidMemory::kPlaces))
     ASSERT_TRUE(memory.find(box_at_corner(other)));
   const std::size_t released = store->size();
-  EXPECT_EQ(memory.find_box(first.points[0])->content->points, first.points);
+  EXPECT_EQ(memory.find_box(first.points[0].data())->content->points, first.points);
   EXPECT_EQ(store->size(), released);  // in the place of the oldest of the others
   const auto held = store->acquire(first);
   EXPECT_EQ(store->size(), released);
@@ -125,7 +170,8 @@ TEST(SolidMemory, AHullIsTheSolidOfItsVerticesAndOfNoOthers) {
   const auto store = std::make_shared<SolidStore>();
   SolidMemory memory(store);
   // The first vertex is that of all; a box of these sides is remembered in the same place.
-  ASSERT_TRUE(memory.find_box({2, 3, 4}));
+  const double sides[3] = {2, 3, 4};
+  ASSERT_TRUE(memory.find_box(sides));
   const SolidMemory::Corners first = {2, 3, 4, 3, 3, 4, 2, 5, 4, 3, 5, 4, 2, 3, 7, 3, 3, 7, 2, 5, 7, 3, 5, 7};
   for (std::size_t moved = 3; moved < first.size(); ++moved) {
     ASSERT_TRUE(memory.find_hull(first));
