@@ -19,6 +19,8 @@ using native::SolidHandle;
 /// Least cosine between the normals of two steps for one contact that goes on while apart: 45 degrees.
 constexpr double kSameNormal = 0.7071;
 
+constexpr std::ptrdiff_t kLineBytes = 64;  ///< of a cache line
+
 std::optional<SolidHandle> acquire(native::SolidStore& store, const btCollisionShape& shape) {
   const std::optional<native::SolidContent> content = content_of(shape);
   return content ? store.acquire(*content) : std::nullopt;
@@ -27,9 +29,15 @@ std::optional<SolidHandle> acquire(native::SolidStore& store, const btCollisionS
 /// Begins to fetch the manifold's end, where its bodies and count are. The engine reads them of every pair,
 /// in a pile from memory: for most pairs we need them no sooner, and do not wait.
 void fetch_end(const btPersistentManifold& manifold) {
-  constexpr std::ptrdiff_t kBytes = 64;
-  __builtin_prefetch(reinterpret_cast<const std::byte*>(&manifold + 1) - kBytes);
+  __builtin_prefetch(reinterpret_cast<const std::byte*>(&manifold + 1) - kLineBytes);
   __builtin_prefetch(reinterpret_cast<const std::byte*>(&manifold + 1) - 1);
+}
+
+/// Begins to fetch as many of the manifold's points, to be written once the check has answered.
+void fetch_points(const btPersistentManifold& manifold, int count) {
+  const auto* const first = reinterpret_cast<const std::byte*>(&manifold.getContactPoint(0));
+  const auto bytes = static_cast<std::ptrdiff_t>(sizeof(btManifoldPoint)) * count;
+  for (std::ptrdiff_t at = 0; at < bytes; at += kLineBytes) __builtin_prefetch(first + at, 1);
 }
 
 /// How far the engine's rounding of the two positions, half an ulp each, may have moved the bodies along n;
@@ -171,6 +179,7 @@ void HexahedronAlgorithm::processCollision(const btCollisionObjectWrapper* a,
   result->setPersistentManifold(manifold_);
   const ObjectPair objects{*a, *b};
   if (stays_apart(objects, *result)) return;
+  fetch_points(*manifold_, std::max(features_.count, 0));
   is_shown_ = false;
   std::array<FoundPoint, MANIFOLD_CACHE_SIZE> points;
   const std::size_t count = find_points(objects, *result, points);
