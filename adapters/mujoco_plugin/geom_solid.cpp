@@ -59,12 +59,9 @@ const native::SolidHandle* solid_of(const std::shared_ptr<native::SolidStore>& s
   // All of the mesh where it has eight vertices.
   const int mesh = model.geom_dataid[geom];
   const float* const vertices = model.mesh_vert + 3 * static_cast<std::ptrdiff_t>(model.mesh_vertadr[mesh]);
+  if (model.mesh_vertnum[mesh] == Hexahedron::kVertices) return memory.find_hull(vertices);
   SolidMemory::Corners corners;
-  if (model.mesh_vertnum[mesh] == Hexahedron::kVertices)
-    std::copy_n(vertices, corners.size(), corners.data());
-  else if (!hull_corners(model, mesh, vertices, corners))
-    return nullptr;
-  return memory.find_hull(corners);
+  return hull_corners(model, mesh, vertices, corners) ? memory.find_hull(corners.data()) : nullptr;
 }
 
 Pose pose_of(const mjData& data, int geom) {

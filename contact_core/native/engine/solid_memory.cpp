@@ -50,26 +50,16 @@ const SolidHandle* SolidMemory::find_other_box(const Sides& sides) {
   return find(content);
 }
 
-const SolidHandle* SolidMemory::find_hull(const Corners& corners) {
-  const auto coordinate = [&](std::size_t i, std::size_t k) {
-    return static_cast<double>(corners[3 * i + k]);
-  };
-  // What was asked for last is compared as it stands.
-  const Sides first = {coordinate(0, 0), coordinate(0, 1), coordinate(0, 2)};
-  Places::value_type* const recent = recent_[recent_place(first.data())];
-  if (recent != nullptr && !recent->first.is_box) {
-    std::uint64_t differ = 0;
-    for (std::size_t i = 0; i < Hexahedron::kVertices; ++i)
-      for (std::size_t k = 0; k < 3; ++k)
-        differ |= std::bit_cast<std::uint64_t>(coordinate(i, k)) ^
-                  std::bit_cast<std::uint64_t>(recent->first.points[i][k]);
-    if (differ == 0) return use(*recent);
-  }
-  // Another one.
+const SolidHandle* SolidMemory::find_other_hull(const float* corners) {
   SolidContent content;
   for (std::size_t i = 0; i < Hexahedron::kVertices; ++i)
-    for (std::size_t k = 0; k < 3; ++k) content.points[i][k] = coordinate(i, k);
-  return find(content);
+    for (std::size_t k = 0; k < 3; ++k) content.points[i][k] = static_cast<double>(corners[3 * i + k]);
+  const SolidHandle* const solid = find(content);
+  const std::size_t place = recent_place(corners);
+  RecentHull& recent = recent_hulls_[place];
+  recent.known = recent_[place];  // where find() has just put it
+  std::copy_n(corners, recent.corners.size(), recent.corners.data());
+  return solid;
 }
 
 const SolidHandle* SolidMemory::find(const SolidContent& content) {
@@ -93,6 +83,8 @@ void SolidMemory::forget_oldest() {
   const auto oldest = places_.find(*order_.back());
   Places::value_type*& recent = recent_[recent_place(oldest->first.points[0].data())];
   if (recent == &*oldest) recent = nullptr;
+  RecentHull& hull = recent_hulls_[recent_place(oldest->first.points[0].data())];
+  if (hull.known == &*oldest) hull.known = nullptr;
   if (oldest->second.solid) store_->release(*oldest->second.solid);
   order_.pop_back();
   places_.erase(oldest);

@@ -3,6 +3,7 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <cstring>
 #include <list>
 #include <memory>
 #include <optional>
@@ -37,7 +38,13 @@ class SolidMemory {
     return use(*recent);
   }
   /// As find() of these vertices.
-  const SolidHandle* find_hull(const Corners& corners);
+  /// @param corners of as many as Corners has, read where they are
+  const SolidHandle* find_hull(const float* corners) {
+    const RecentHull& recent = recent_hulls_[recent_place(corners)];
+    if (recent.known == nullptr || std::memcmp(recent.corners.data(), corners, sizeof(Corners)) != 0)
+      return find_other_hull(corners);
+    return use(*recent.known);
+  }
 
  private:
   struct Hash {  ///< not noexcept: the places then keep theirs, and compare it first
@@ -56,8 +63,9 @@ class SolidMemory {
 
   static constexpr std::size_t kRecent = 64;  ///< six bits of a hash
   /// From one corner's coordinates: no more than a guess. Round numbers differ in their highest bits only.
-  static std::size_t recent_place(const double* corner) {
-    const auto bits = [&](int k) { return std::bit_cast<std::uint64_t>(corner[k]); };
+  template <class Coordinate>
+  static std::size_t recent_place(const Coordinate* corner) {
+    const auto bits = [&](int k) { return std::bit_cast<std::uint64_t>(static_cast<double>(corner[k])); };
     return (bits(0) * 0x9e3779b97f4a7c15u + bits(1) * 0xc2b2ae3d27d4eb4fu + bits(2) * 0xff51afd7ed558ccdu) >>
            58;
   }
@@ -72,12 +80,19 @@ class SolidMemory {
     return known.second.solid ? &*known.second.solid : nullptr;
   }
   const SolidHandle* find_other_box(const Sides& sides);
+  const SolidHandle* find_other_hull(const float* corners);
   void forget_oldest();
 
   std::shared_ptr<SolidStore> store_;
   Places places_;
   /// Of each recent_place() the content asked for last, or null: most are found here, without the hash.
   std::array<Places::value_type*, kRecent> recent_{};
+  /// Likewise the hull asked for last, with the floats that it came from, compared as they stand.
+  struct RecentHull {
+    Places::value_type* known = nullptr;
+    Corners corners;
+  };
+  std::array<RecentHull, kRecent> recent_hulls_;
   std::list<const SolidContent*> order_;  ///< the places' keys, the one asked for last in front
 };
 

@@ -174,16 +174,16 @@ TEST(SolidMemory, AHullIsTheSolidOfItsVerticesAndOfNoOthers) {
   ASSERT_TRUE(memory.find_box(sides));
   const SolidMemory::Corners first = {2, 3, 4, 3, 3, 4, 2, 5, 4, 3, 5, 4, 2, 3, 7, 3, 3, 7, 2, 5, 7, 3, 5, 7};
   for (std::size_t moved = 3; moved < first.size(); ++moved) {
-    ASSERT_TRUE(memory.find_hull(first));
+    ASSERT_TRUE(memory.find_hull(first.data()));
     SolidMemory::Corners corners = first;
     corners[moved] += 0x1p-20F;
     SolidContent content;
     for (std::size_t i = 0; i < corners.size(); ++i)
       content.points[i / 3][i % 3] = static_cast<double>(corners[i]);
-    const auto solid = memory.find_hull(corners);
+    const auto solid = memory.find_hull(corners.data());
     ASSERT_TRUE(solid) << moved;
     EXPECT_EQ(*solid->content, content) << moved;
-    EXPECT_EQ(memory.find_hull(corners)->content, solid->content) << moved;
+    EXPECT_EQ(memory.find_hull(corners.data())->content, solid->content) << moved;
     EXPECT_EQ(memory.find(content)->content, solid->content) << moved;
   }
   EXPECT_EQ(store->size(), first.size() - 3 + 2);
