@@ -3,7 +3,6 @@
 #include <array>
 #include <bit>
 #include <cstdint>
-#include <cstring>
 #include <list>
 #include <memory>
 #include <optional>
@@ -41,8 +40,7 @@ class SolidMemory {
   /// @param corners of as many as Corners has, read where they are
   const SolidHandle* find_hull(const float* corners) {
     const RecentHull& recent = recent_hulls_[recent_place(corners)];
-    if (recent.known == nullptr || std::memcmp(recent.corners.data(), corners, sizeof(Corners)) != 0)
-      return find_other_hull(corners);
+    if (recent.known == nullptr || !same_bits(recent.corners, corners)) return find_other_hull(corners);
     return use(*recent.known);
   }
 
@@ -74,6 +72,12 @@ class SolidMemory {
       return std::bit_cast<std::uint64_t>(p[k]) ^ std::bit_cast<std::uint64_t>(q[k]);
     };
     return (differ(0) | differ(1) | differ(2)) == 0;
+  }
+  static bool same_bits(const Corners& p, const float* q) {
+    std::uint32_t differ = 0;
+    for (std::size_t i = 0; i < p.size(); ++i)
+      differ |= std::bit_cast<std::uint32_t>(p[i]) ^ std::bit_cast<std::uint32_t>(q[i]);
+    return differ == 0;
   }
   const SolidHandle* use(Places::value_type& known) {
     if (order_.front() != &known.first) order_.splice(order_.begin(), order_, known.second.in_order);
