@@ -50,6 +50,9 @@ constexpr double kNoWayOut = 50.0, kNoWayOutStill = 3.0;
 constexpr double kStale = -0.4;
 // A round that leaves more than this share of the residual of the one before brings nothing.
 constexpr double kStuck = 0.7;
+// Mixed rounds end after so many that did not get below kStuck of the least residual: with three results a
+// mix is whole.
+constexpr int kMostIdleMixes = 4;
 
 }  // namespace
 
@@ -64,6 +67,9 @@ void ConvexContacts::reserve(std::size_t units, std::size_t rows, std::size_t wi
   for (auto* vector : {&scale_, &hardness_, &slip_, &friction_, &commanded_})
     reserve_written(*vector, BodyContacts::kLanes * contacts + rows, 2 * rows);
   reserve_written(anchor_share_, rows);
+  const std::size_t mixed = BodyContacts::kRows * std::min(contacts, kFew) + rows;
+  mixing_.reserve(mixed);
+  reserve_written(mixed_from_, mixed);
   for (auto* vector : {&b_, &anchor_, &asked_, &gamma_, &impulses_, &u_, &du_, &best_})
     reserve_written(*vector, places + rows, 2 * rows);
   for (auto* vector : {&V_, &step_, &gradient_, &trial_V_}) reserve_written(*vector, units * widest);
@@ -454,6 +460,46 @@ void ConvexContacts::start() {
   V_ = trial_V_;
 }
 
+/// The next round is about impulses x.
+void ConvexContacts::go_on_from(std::span<const double> x) {
+  std::copy(x.begin(), x.end(), impulses_.begin());
+  residual_of(impulses_);
+  anchor_ = impulses_;
+  V_ = trial_V_;
+}
+
+/// From the best so far, softer: the last round led away from it.
+void ConvexContacts::begin_mixing(double softness, Mixing& mixing) {
+  mixing = {true, report_.residual, 0};
+  mixing_.restart();
+  go_on_from(best_);
+  set_softness(softness);
+}
+
+/// The next round's start, of the results of this and the ones before. @return whether another is worth it.
+bool ConvexContacts::mix(double residual, Mixing& mixing) {
+  mixing.idle = residual <= kStuck * mixing.least ? 0 : mixing.idle + 1;
+  mixing.least = std::min(mixing.least, residual);
+  if (mixing.idle == kMostIdleMixes) return false;
+  mixing_.mix(mixed_from_, anchor_);
+  go_on_from(anchor_);
+  return true;
+}
+
+/// Of contacts that may contradict each other. @return whether that is the best answer. Else rounds are to go
+/// on: without contradiction x serves better than the soft answer; with it, that goes on to grow.
+bool ConvexContacts::softens_first(std::span<const double> x, double tolerance, WorkBudget& budget,
+                                   Softness first, int most_soft_steps) {
+  if (first == Softness::last || !presses_on_commands()) return false;
+  find_slips();
+  if (soften(tolerance, first == Softness::first, budget, most_soft_steps)) return true;
+  if (first == Softness::first) {
+    for (std::size_t r = 0; r < place_.size(); ++r) anchor_[place_[r]] = x[r];
+    start();
+  }
+  return false;
+}
+
 ConvexReport ConvexContacts::solve(const SparseContacts& problem, std::span<double> x, double tolerance,
                                    WorkBudget& budget, Softness first, int most_soft_steps) {
   load(problem, x);
@@ -467,24 +513,17 @@ ConvexReport ConvexContacts::solve(const SparseContacts& problem, std::span<doub
   bool is_first = true;
   bool is_over = report_.residual <= tolerance;
   // The soft answer comes first where a contradiction is likely.
-  if (first != Softness::last && !is_over && presses_on_commands()) {
-    find_slips();
-    is_over = soften(tolerance, first == Softness::first, budget, most_soft_steps);
-  }
-  if (!is_over) {
-    // Without contradiction the given start serves better than the soft answer; with it, that goes on to
-    // grow.
-    if (first == Softness::first) {
-      for (std::size_t r = 0; r < place_.size(); ++r) anchor_[place_[r]] = x[r];
-      start();
-    }
-    set_softness(first == Softness::maybe ? rounds.harder * soft_answer_ : first_softness);
-  }
+  if (!is_over) is_over = softens_first(x, tolerance, budget, first, most_soft_steps);
+  if (!is_over) set_softness(first == Softness::maybe ? rounds.harder * soft_answer_ : first_softness);
   // Each round minimises the softened potential about the impulses of the one before.
   const bool is_bounded = budget.left() < WorkBudget::kNoEnd;
+  // Of few contacts of alike masses that something commanded presses, slips that grow are mixed.
+  const bool may_mix = problem.contacts <= kFew && hardest_ >= kSoftness && presses_on_commands();
+  Mixing mixing;
   const int most_rounds = is_far_of_many && !is_bounded ? kMostKeptRounds : kMostRounds;
   for (int round = 0; round < most_rounds && !is_over; ++round) {
     find_slips();
+    if (mixing.is_on) mixed_from_ = anchor_;
     const int steps_before = report_.newton_steps;
     const Outcome outcome = minimise(std::max(0.1 * tolerance, rounds.inexact * last), budget, kMostSteps);
     if (outcome == Outcome::stuck) break;
@@ -501,6 +540,13 @@ ConvexReport ConvexContacts::solve(const SparseContacts& problem, std::span<doub
     if (proves_contradiction(anchor_, kNoWayOut)) {
       report_.is_certain = soften(tolerance, true, budget, 0);
       break;
+    }
+    if (mixing.is_on && !mix(residual, mixing)) break;
+    if (!mixing.is_on && may_mix && !is_first && !(residual <= last))
+      begin_mixing(softness_ / rounds.harder, mixing);
+    if (mixing.is_on) {
+      last = std::min(last, residual);
+      continue;
     }
     if (is_stuck && softness_ <= hardest_) break;
     is_first = false;

@@ -9,6 +9,7 @@
 #include "touchstone/physics/solver/block_cholesky.hpp"
 #include "touchstone/physics/solver/body_contact.hpp"
 #include "touchstone/physics/solver/contact_problem.hpp"
+#include "touchstone/physics/solver/fixed_point_mixing.hpp"
 #include "touchstone/physics/solver/work_budget.hpp"
 
 /// @file
@@ -86,9 +87,11 @@ struct ConvexReport {
 /// contact's W). The projections are the next x_k (proximal point method, Rockafellar 1976), which takes the
 /// softness R out, and s = friction |u_t| the next s, which takes the convex formulation's gliding apart out
 /// (Acary, Cadoux, Lemarechal, Malick, A Formulation of the Linear Discrete Coulomb Friction Problem via
-/// Convex Optimization, 2011). Each of these problems takes energy, whatever x_k and s are, unless x_k itself
-/// gives some. Contacts that contradict each other have no x_k to come to: what is returned is then the soft
-/// answer around 0. Owns its memory; no allocation while no problem is larger than reserved for or seen.
+/// Convex Optimization, 2011). Where these slips grow from round to round, as under what a wedge lifts along
+/// a wall, the rounds' results are mixed (FixedPointMixing). Each of these problems takes energy, whatever
+/// x_k and s are, unless x_k itself gives some. Contacts that contradict each other have no x_k to come to:
+/// what is returned is then the soft answer around 0. Owns its memory; no allocation while no problem is
+/// larger than reserved for or seen.
 class ConvexContacts {
  public:
   /// When the soft answer is tried, of contacts that may contradict each other.
@@ -119,6 +122,13 @@ class ConvexContacts {
   /// The largest and least part that a side of a contact or joint has of a diagonal entry of W.
   struct Entries {
     double most, least;
+  };
+
+  /// Rounds that are mixed: on from the first that leads away.
+  struct Mixing {
+    bool is_on = false;
+    double least = 0.0;  // residual so far [m/s]
+    int idle = 0;        // rounds since the last that left much less
   };
 
   void load(const SparseContacts& problem, std::span<const double> x);
@@ -163,7 +173,12 @@ class ConvexContacts {
   bool take_energy(std::span<double> x, double most_given);
   double judge(std::span<double> x);
   void start();
+  void go_on_from(std::span<const double> x);
+  void begin_mixing(double softness, Mixing& mixing);
+  bool mix(double residual, Mixing& mixing);
   bool soften(double tolerance, bool is_proven, WorkBudget& budget, int most_steps);
+  bool softens_first(std::span<const double> x, double tolerance, WorkBudget& budget, Softness first,
+                     int most_soft_steps);
 
   // Places: rows of body_contacts_, by block, direction and lane, then those of others. Figures of contacts
   // and joints: by block and lane, then others.
@@ -188,7 +203,9 @@ class ConvexContacts {
   std::vector<std::size_t> first_, first_mass_;  // by unit
   std::vector<double> scale_, hardness_;         // of each contact or joint: w, 1 / R where R = softness w
   std::vector<double> friction_, commanded_;     // likewise
-  std::vector<double> anchor_share_;    // by joint row: of the anchor that its projection starts from
+  std::vector<double> anchor_share_;  // by joint row: of the anchor that its projection starts from
+  FixedPointMixing mixing_;
+  std::vector<double> mixed_from_;      // the anchor that the mixed round began with
   std::vector<double> slip_;            // s, by contact
   std::vector<double> b_;               // by place, as what follows
   std::vector<double> anchor_, gamma_;  // x_k and the projections

@@ -546,6 +546,37 @@ TEST(BoundedSteps, AQueueAtAStopRestsOnABeltThatRunsOn) {
   }
 }
 
+TEST(BoundedSteps, AWedgeLiftsStacksWhoseImpulsesAreFound) {
+  // Driven under cubes that a wall holds: slips on both make each other's rounds grow.
+  for (const int count : {3, 4}) {
+    Boxes scene;
+    const double h = 1.0 / 240.0, angle = 0.15;
+    const HexahedronTree wall({{"box", Hexahedron::from_size({0.2, 2, 4}), {}}}, "wall");
+    const HexahedronTree slab({{"box", Hexahedron::from_size({1.2, 0.4, 0.02}), {}}}, "wedge");
+    scene.add_ground();
+    const Mover held = Mover::of_body(
+        scene.world.add_kinematic(at({0.5 * kCubeSide + 0.1, 0, 2}), Vector3::Zero(), Vector3::Zero()));
+    scene.contacts->add(held, wall, {0.5, 0.0});
+    // The upper edge of its front lies a little above the ground, before the stack.
+    Pose X_WB;
+    X_WB.R = rotation_about({0, 1, 0}, angle);
+    X_WB.p = Vector3(-0.52 * kCubeSide, 0, 2e-4) - rotate(X_WB.R, Vector3(0.6, 0, 0.01));
+    const auto wedge = scene.world.add_kinematic(X_WB, {0.1, 0, 0}, Vector3::Zero());
+    scene.contacts->add(Mover::of_body(wedge), slab, {0.5, 0.0});
+    std::uint32_t top = 0;
+    for (int i = 0; i < count; ++i) top = scene.add_cube({0, 0, kCubeSide * (0.5 + i)});
+    scene.contacts->build();
+    std::uint32_t solves = 0, unconverged = 0;
+    for (int i = 0; i < 480; ++i) {
+      const StepReport report = scene.step(h);
+      ASSERT_EQ(report.failure, StepFailure::none);
+      solves += report.solves, unconverged += report.unconverged;
+    }
+    EXPECT_GT(scene.world.pose(top).p.z(), kCubeSide * (count - 0.5) + 0.02) << count;
+    EXPECT_LT(unconverged, solves / 20) << count << " of " << solves;
+  }
+}
+
 TEST(BoundedSteps, WhatABeltCarriesHasTheWorkOfWhatStands) {
   // At 60 Hz gravity makes 0.33 m/s in two steps: cubes that follow a belt of 0.2 m/s are as slow as a queue.
   std::uint32_t newton_steps[2] = {};
