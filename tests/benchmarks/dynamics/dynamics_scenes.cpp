@@ -131,6 +131,18 @@ BoxScene wall(const std::string& name, int rows, int columns, double shift, doub
   return scene;
 }
 
+/// Bricks on gaps: each second row has one less, on the joints of the row below.
+BoxScene brick_wall(int rows, int columns, double step) {
+  BoxScene scene = on_ground("", step, 10.0);
+  for (int row = 0; row < rows; ++row)
+    for (int i = 0; i < columns - row % 2; ++i)
+      scene.boxes.push_back(cube({kSide * (i + 0.5 * (row % 2)), 0, kSide * (0.5 + row)}));
+  scene.name =
+      "brick wall of " + std::to_string(scene.boxes.size() - 1) + (step == kDisplayStep ? " at 240 Hz" : "");
+  scene.is_placed = true;
+  return scene;
+}
+
 /// A thousand cubes apart, at rest or sliding.
 BoxScene field(bool slides, bool sleeps) {
   BoxScene scene = on_ground(slides   ? "1 000 sliding apart"
@@ -379,6 +391,21 @@ void add_strange(std::vector<BoxScene>& all, unsigned seed) {
     for (unsigned i = 1; i <= kStrangeScenes; ++i) all.push_back(make(seed + 1000, i));
 }
 
+/// What is to stay where it stands, of every size that is asked for.
+void add_resting(std::vector<BoxScene>& all) {
+  const std::size_t first = all.size();
+  for (const double step : {1e-3, kDisplayStep}) {
+    for (const int count : {2, 3, 5, 8, 10, 16, 17, 20, 30, 40, 50}) all.push_back(stack(count, step));
+    for (int rows = 4; rows <= 10; ++rows) all.push_back(pyramid(rows, step));
+    for (const int side : {4, 5, 6, 7, 8}) all.push_back(wall("wall of ", side, side, 0.25, step));
+    for (const double shift : {0.0, 0.4})
+      all.push_back(wall("wall, shifted by " + std::to_string(static_cast<int>(100 * shift)) + " %, of ", 8,
+                         8, shift, step));
+    for (const int rows : {4, 8}) all.push_back(brick_wall(rows, rows, step));
+  }
+  for (std::size_t i = first; i < all.size(); ++i) all[i].name = "rest: " + all[i].name;
+}
+
 void add_others(std::vector<BoxScene>& all) {
   all.push_back(other_squeeze(false));
   all.push_back(other_squeeze(true));
@@ -422,6 +449,7 @@ std::vector<BoxScene> box_scenes(unsigned drawn_seed) {
   add_others(all);
   add_drawn(all, drawn_seed);
   add_strange(all, drawn_seed);
+  add_resting(all);
   return all;
 }
 

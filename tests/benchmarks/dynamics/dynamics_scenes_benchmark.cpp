@@ -2,8 +2,8 @@
 //
 //     dynamics_scenes_benchmark [PARTS_OF_NAMES [ENGINES [SECONDS [STEPS [REPEATS [WORST [SEED]]]]]]]
 //
-// Each scene whose name has one of the parts (separated by '|'; `=NAME`: is NAME; `drawn:` and `strange:`
-// scenes only where a part is given) with each engine (own,
+// Each scene whose name has one of the parts (separated by '|'; `=NAME`: is NAME; `drawn:`, `strange:` and
+// `rest:` scenes only where a part is given) with each engine (own,
 // bullet, ode, mujoco; default: all that are built in; own@WORK: ours with so much work a step), each with
 // its own check: processor time of a step
 // (median, 99.9 %, most), the most as a multiple of Bullet's median of that scene, the share of the engine's
@@ -263,7 +263,10 @@ bool has_any(std::string_view text, std::string_view parts) {
   return false;
 }
 
-bool is_drawn(std::string_view name) { return name.starts_with("drawn:") || name.starts_with("strange:"); }
+/// Of the scenes that are measured only where they are named.
+bool is_apart(std::string_view name) {
+  return name.starts_with("drawn:") || name.starts_with("strange:") || name.starts_with("rest:");
+}
 
 /// Of the name of an engine; `own@WORK`: ours with so much work a step, > 0. @return empty: there is none.
 MakeEngine engine_of(const std::string& name) {
@@ -317,7 +320,7 @@ int main(int argc, char** argv) {
       "|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   std::fflush(stdout);
   for (const BoxScene& scene : box_scenes(seed))
-    if (has_any(scene.name, parts) && !(parts.empty() && is_drawn(scene.name)))
+    if (has_any(scene.name, parts) && !(parts.empty() && is_apart(scene.name)))
       compare(scene, engines, limits);
   return 0;
 }
