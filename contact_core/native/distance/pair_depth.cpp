@@ -72,11 +72,7 @@ void prefetch_hull(const SolidSet& set, SolidIndex solid, bool depth, bool faces
   };
   prefetch(set.vertices[solid]);
   const SolidHull& hull = *set.solids[solid].hull;
-  // As for a solid with six faces and twelve edges.
-  if (depth) {
-    fetch(&hull.record, offsetof(HullRecord, normals[1]));
-    fetch(hull.record.edges, 12 * sizeof(HullEdge));
-  }
+  if (depth) fetch(&hull.record, offsetof(HullRecord, normals[1]));  // as for eight faces at most
   if (faces) fetch(&hull.features, offsetof(SolidFeatures, faces) + 6 * sizeof(HullFace));
 }
 

@@ -432,7 +432,7 @@ void sort_by_kind(const SolidSet& set, std::span<const Pose> poses, std::span<co
         out.parallelepipeds.add(pair, i);
         break;
       case SolidKind::general:
-        prefetch_pair(set.vertices, poses, pair);
+        // What these lead to is fetched as pairs are computed.
         for (const SolidIndex solid : {pair.a, pair.b}) prefetch(set.solids[solid]);
         out.others.add(pair, i);
         break;
@@ -456,11 +456,6 @@ PairStatus finish_pair(const SolidSet& set, const Kernels& kernels, const Narrow
   return PairEvaluation(set, kernels, input, pair, depth, distance, decided).run(geometry, points, clips);
 }
 
-bool has_lanes_hull(const SolidSet& set, SolidIndex solid) {
-  const HullRecord& hull = set.solids[solid].hull->record;
-  return hull.face_count == kLaneFaces && hull.edge_count == kLaneEdges;
-}
-
 /// Writes the contact of two general hexahedra whose depth is complete, about `origin`.
 void write_hull_contact(const SolidSet& set, const NarrowphaseInput& input, const OrderedPair& pair,
                         const DepthRecord& depth, const Vector3& origin, PairGeometry& geometry,
@@ -474,46 +469,41 @@ void write_hull_contact(const SolidSet& set, const NarrowphaseInput& input, cons
   write_manifold(placed, distance, pair.swapped, input.query, geometry, points);
 }
 
-/// The pairs of a batch that have no distance and that the kernel of depths in lanes takes. Their hulls are
-/// fetched meanwhile.
-void pick_for_lanes(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
-                    const Batch& batch, const Records& records, Batch& out) {
-  // Two lanes are no faster than one pair's vertices in them.
-  if (kernels.lanes == 2 || !(input.query.max_separation >= 0.0)) return;
-  constexpr std::size_t kAhead = 8;
-  const auto is_open = [&](std::size_t i) { return records.distance[i].state != DistanceState::found; };
-  for (std::size_t i = 0; i < batch.count; ++i) {
-    if (const std::size_t later = i + kAhead; later < batch.count && is_open(later))
-      for (const std::uint32_t solid : {batch.pairs[later].a, batch.pairs[later].b})
-        prefetch_hull(set, solid, true, false);
-    const SolidPair pair{batch.pairs[i].a, batch.pairs[i].b};
-    if (is_open(i) && has_lanes_hull(set, pair.a) && has_lanes_hull(set, pair.b) &&
-        has_finite_poses(pair, input.poses) &&
-        is_ordinary(set, pair.a, input.poses[pair.a], pair.b, input.poses[pair.b]))
-      out.add(pair, i);
-  }
-}
-
 /// Pairs whose depths are computed at a time, so that their placed vertices stay in the first cache.
 constexpr std::size_t kPlaced = 32;
 
-/// Depths in lanes. @param finish (place in the batch, hulls): of each pair whose depth is complete
-template <class Finish>
-void compute_general_depths(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
-                            const Batch& picked, bool faces, Records& records, const Finish& finish) {
-  std::array<HullTask, kPlaced> tasks;
+/// The pairs of a batch that the kernel of regular hulls takes.
+struct HullTasks {
+  std::array<HullTask, kBlock> tasks;
+  std::array<std::uint16_t, kBlock> of_batch;
   std::array<PlacedHulls, kPlaced> placed;
-  for (std::size_t first = 0; first < picked.count; first += kPlaced) {
-    const std::size_t here = std::min(kPlaced, picked.count - first);
-    for (std::size_t k = 0; k < here; ++k) {
-      const PairIndices pair = picked.pairs[first + k];
-      tasks[k] = {pair, &set.solids[pair.a].hull->record, &set.solids[pair.b].hull->record,
-                  &records.depth[picked.slots[first + k]], &placed[k]};
-      if (faces) prefetch_faces(set, pair.a), prefetch_faces(set, pair.b);
+  std::size_t count = 0;
+
+  HullTasks(const SolidSet& set, const NarrowphaseInput& input, const Batch& batch, Records& records) {
+    if (!(input.query.max_separation >= 0.0)) return;
+    for (std::size_t i = 0; i < batch.count; ++i) {
+      const PairIndices& indices = batch.pairs[i];
+      const SolidPair pair{indices.a, indices.b};
+      const PlainHull *const a = set.solids[pair.a].plain, *const b = set.solids[pair.b].plain;
+      if (a == nullptr || b == nullptr || !has_finite_poses(pair, input.poses) ||
+          !is_ordinary(set, pair.a, input.poses[pair.a], pair.b, input.poses[pair.b]))
+        continue;
+      tasks[count] = {indices, a, b, &records.depth[i], &placed[count % kPlaced]};
+      of_batch[count++] = static_cast<std::uint16_t>(i);
     }
-    kernels.compute_hull_depths(records_of(input.poses), vertex_records(set), tasks.data(), here);
+  }
+};
+
+/// @param finish (place in the batch, hulls): of each pair whose depth is complete
+template <class Finish>
+void compute_general_depths(const SolidSet& set, const Kernels& kernels, std::span<const Pose> poses,
+                            const HullTasks& tasks, const Finish& finish) {
+  for (std::size_t first = 0; first < tasks.count; first += kPlaced) {
+    const std::size_t here = std::min(kPlaced, tasks.count - first);
+    kernels.compute_hull_depths(records_of(poses), vertex_records(set), &tasks.tasks[first], here,
+                                tasks.count - first);
     for (std::size_t k = 0; k < here; ++k)
-      if (is_complete(*tasks[k].depth)) finish(picked.slots[first + k], placed[k]);
+      if (is_complete(*tasks.tasks[first + k].depth)) finish(tasks.of_batch[first + k], tasks.placed[k]);
   }
 }
 
@@ -527,8 +517,20 @@ struct BlockOutput {
   ContactPoint* points_of(std::size_t i) const { return points ? points + i * slots : nullptr; }
 };
 
-/// General hexahedra of a block: distances and depths, pairs in lanes, then the pairs that are left, one by
-/// one. @param finish as compute_block() has it
+/// Distances of the pairs of a batch that have no depth: most are known to be apart.
+void compute_general_distances(const SolidSet& set, const Kernels& kernels, std::span<const Pose> poses,
+                               const Batch& batch, Records& records) {
+  Batch apart;
+  for (std::size_t i = 0; i < batch.count; ++i)
+    if (!is_complete(records.depth[i])) apart.add({batch.pairs[i].a, batch.pairs[i].b}, i);
+  std::array<DistanceRecord, kBlock> found;
+  compute_hull_distances(set, kernels, poses, std::span(apart.pairs).first(apart.count), found.data());
+  for (std::size_t i = 0; i < apart.count; ++i) records.distance[apart.slots[i]] = found[i];
+}
+
+/// General hexahedra of a block: depths and distances, pairs in lanes, then the pairs that are left, one by
+/// one. Depths come first: a face tells that most pairs apart are, for less than a search takes. @param
+/// finish as compute_block() has it
 template <class Finish>
 void compute_general(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
                      const Batch& batch, std::span<const OrderedPair> pairs, Records& records,
@@ -536,20 +538,16 @@ void compute_general(const SolidSet& set, const Kernels& kernels, const Narrowph
   if (batch.count == 0) return;
   std::fill_n(records.distance.data(), batch.count, kNoDistance);
   std::fill_n(records.depth.data(), batch.count, kNoDepth);
-  if (wants_distance(input.query))
-    compute_hull_distances(set, kernels, input.poses, std::span(batch.pairs).first(batch.count),
-                           records.distance.data());
   const bool faces = out.points != nullptr;
   HullClipBatch clips(set, kernels, input);
-  Batch picked;
-  pick_for_lanes(set, kernels, input, batch, records, picked);
-  compute_general_depths(
-      set, kernels, input, picked, faces, records, [&](std::size_t i, const PlacedHulls& hulls) {
-        const std::size_t slot = batch.slots[i];
-        write_hull_contact(set, input, pairs[slot], records.depth[i], vector_of(hulls.origin),
-                           out.geometry[slot], out.points_of(slot), clips);
-        out.status[slot] = PairStatus::overlapping;
-      });
+  const HullTasks tasks(set, input, batch, records);
+  compute_general_depths(set, kernels, input.poses, tasks, [&](std::size_t i, const PlacedHulls& hulls) {
+    const std::size_t slot = batch.slots[i];
+    write_hull_contact(set, input, pairs[slot], records.depth[i], vector_of(hulls.origin), out.geometry[slot],
+                       out.points_of(slot), clips);
+    out.status[slot] = PairStatus::overlapping;
+  });
+  if (wants_distance(input.query)) compute_general_distances(set, kernels, input.poses, batch, records);
   // A pair's solids are fetched some pairs before its hulls, which they lead to.
   constexpr std::size_t kSolidsAhead = 6, kHullsAhead = 2;
   for (std::size_t i = 0; i < batch.count; ++i) {

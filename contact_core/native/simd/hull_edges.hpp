@@ -16,32 +16,30 @@
 // projections that overlaps are compared by take 36 u extent twice; and by what the world vertices' rounding
 // takes.
 //
-// A pair of edges whose signs are uncertain (closer to 0 than 2^-40) is kept. The separation of two edges'
-// own vertices along their common normal is never less than that of the hulls, so a kept pair is out of
-// question when its own overlap, less its rounding, exceeds the best; else the hulls are projected, and what
-// counts is the projections' separation. No answer rests on the signs but through what they leave out. Edges
-// at a sine below 2^-4 that could be the best leave the pair to scalar code; below 4 u they carry no
-// direction.
+// Edges' directions are the differences of the world vertices, so that they are the hull's own however far
+// from its solid's origin or the world's it lies. A pair of edges whose signs are uncertain (closer to 0 than
+// 2^-40 extent, and than the vertices' rounding) is kept. The separation of two edges' own vertices along
+// their common normal is never less than that of the hulls, so a kept pair is out of question when its own
+// overlap, less its rounding, exceeds the best; else the hulls are projected, and what counts is the
+// projections' separation. No answer rests on the signs but through what they leave out.
+//
+// A normal that is off turns about one edge, by what the other one's vertices are off over its length times
+// the sine: its end is off by as much as these are, and the separation too. Edges at a sine below 2^-4 that
+// could be the best leave the pair to scalar code. Those that are parallel once their vertices move by 16 u
+// extent + 8 u P, by which no depth changes more, have no facet between them.
 
 namespace touchstone::native::TOUCHSTONE_ISA {
 
 constexpr double kPruneRoundoffs = 512.0;
 constexpr double kEdgeRoundoffs = 64.0;
 constexpr double kUncertainSign = 0x1p-40;
+constexpr double kUncertainRoundoffs = 32.0;
 constexpr double kShortCross2 = 0x1p-8;
-constexpr double kNoCross2 = 16 * kU * kU;
-
-/// Some of a solid's edges; lanes beyond the last have any of its edges.
-struct EdgeList {
-  static constexpr int kMost = 24;  // as lanes are filled
-
-  int count;
-  std::uint8_t edge[kMost];
-};
+constexpr double kParallelRoundoffs = 16.0;
 
 #if defined(__SSSE3__)
 /// As below, of the first 16 edges.
-TOUCHSTONE_INLINE unsigned edges_without_common(const HullRecord& hull, __m128i of_face) {
+TOUCHSTONE_INLINE unsigned edges_without_common(const HullTopology& hull, __m128i of_face) {
   const auto beside = [&](int side) {
     return _mm_shuffle_epi8(of_face, _mm_loadu_si128((const __m128i*)hull.edge_faces[side]));
   };
@@ -52,7 +50,7 @@ TOUCHSTONE_INLINE unsigned edges_without_common(const HullRecord& hull, __m128i 
 #endif
 
 /// Bit e: no bit is set in the numbers of both faces beside edge e.
-TOUCHSTONE_INLINE unsigned edges_without_common(const HullRecord& hull, const std::uint8_t (&of_face)[16]) {
+TOUCHSTONE_INLINE unsigned edges_without_common(const HullTopology& hull, const std::uint8_t (&of_face)[16]) {
   unsigned out = 0;
   int first = 0;
 #if defined(__SSSE3__)
@@ -66,39 +64,13 @@ TOUCHSTONE_INLINE unsigned edges_without_common(const HullRecord& hull, const st
   return out;
 }
 
-/// The same of at most eight faces, whose numbers are the bytes of a word.
-TOUCHSTONE_INLINE unsigned edges_without_common(const HullRecord& hull, long long of_face) {
-#if defined(__SSSE3__)
-  return edges_without_common(hull, _mm_cvtsi64_si128(of_face));
-#else
-  std::uint8_t bytes[16] = {};
-  for (int f = 0; f < 8; ++f) bytes[f] = static_cast<std::uint8_t>(of_face >> (8 * f));
-  return edges_without_common(hull, bytes);
-#endif
-}
-
-/// In ascending order, filled up to whole packs by edge 0.
-template <class Pack>
-TOUCHSTONE_INLINE void list_edges(unsigned edges, EdgeList& out) {
-  constexpr int kRound = 4;  // as many without a branch, whose outcome no predictor can guess
-  static_assert(kRound % Traits<Pack>::lanes == 0);
-  out.count = __builtin_popcount(edges);
-  unsigned rest = edges;
-  int k = 0;
-  do {
-    for (int i = 0; i < kRound; ++i, rest &= rest - 1)
-      out.edge[k + i] = static_cast<std::uint8_t>(__builtin_ctz(rest | 1u << 31) % 31);
-    k += kRound;
-  } while (rest != 0);
-}
-
 /// The edges for which no vertex of the other lies deeper below both faces than `depth`, to rounding.
 template <class Pack>
-TOUCHSTONE_INLINE unsigned edges_in_question(const PosedHull& hull, const FaceDepths& other, double depth,
-                                             const Magnitudes& size) {
+TOUCHSTONE_INLINE unsigned edges_in_question(const PosedHull& hull, int face_count, const FaceDepths& other,
+                                             double depth, const Magnitudes& size) {
   const double most = (depth > 0.0 ? depth : 0.0) + size.rounding(kPruneRoundoffs);
   std::uint8_t deep[PosedHull::kMostFaces] = {};  // by face, bit v: vertex v of the other
-  for (int f = 0; f < hull.hull->face_count; ++f) {
+  for (int f = 0; f < face_count; ++f) {
     const Pack highest = all<Pack>(hull.height[f] - most);
     unsigned vertices = 0;
     for (int v = 0; v < 8; v += Traits<Pack>::lanes)
@@ -108,64 +80,158 @@ TOUCHSTONE_INLINE unsigned edges_in_question(const PosedHull& hull, const FaceDe
   return edges_without_common(*hull.hull, deep);
 }
 
-/// Listed edges in the world, in lanes.
-struct PosedEdges {
-  alignas(64) double x[EdgeList::kMost], y[EdgeList::kMost], z[EdgeList::kMost];
-
-  TOUCHSTONE_INLINE Point at(int k) const { return {x[k], y[k], z[k]}; }
-};
-
-template <class Pack>
-TOUCHSTONE_INLINE Vector3Of<Pack> lanes_of(const PosedEdges& edges, int first) {
-  return {load<Pack>(edges.x + first), load<Pack>(edges.y + first), load<Pack>(edges.z + first)};
-}
-
-template <class Pack>
-TOUCHSTONE_INLINE void pose_edges(const PosedHull& hull, const EdgeList& list, PosedEdges& out) {
-  constexpr int kLanes = Traits<Pack>::lanes;
-  for (int first = 0; first < list.count; first += kLanes) {
-    const double* from[kLanes];
-    for (int l = 0; l < kLanes; ++l) from[l] = hull.hull->edges[list.edge[first + l]].direction;
-    Pack local[4];
-    gather(from, local);
-    const Vector3Of<Pack> d = rotated<Pack>(hull.R, Vector3Of<Pack>{local[0], local[1], local[2]});
-    store(d.x, out.x + first), store(d.y, out.y + first), store(d.z, out.z + first);
-  }
-}
-
-/// Data beside the listed edges: the normals of both faces, and the first vertex.
-struct BesideEdges {
-  PosedEdges face[2], vertex;
-
-  TOUCHSTONE_INLINE BesideEdges(const PosedHull& hull, const EdgeList& list, int lanes) {
-    for (int k = 0; k < list.count || k % lanes != 0; ++k) {
-      const int e = list.edge[k];
-      for (int side = 0; side < 2; ++side) set(face[side], k, hull.normal(hull.hull->edge_faces[side][e]));
-      set(vertex, k, hull.vertex(hull.hull->edges[e].vertices[0]));
-    }
-  }
-
- private:
-  TOUCHSTONE_INLINE static void set(PosedEdges& to, int k, Point p) {
-    to.x[k] = p.x, to.y[k] = p.y, to.z[k] = p.z;
-  }
-};
-
 enum class EdgeSearch : unsigned char { done, too_parallel };
 
-/// The normal across edge i of A and edge j of B, any length, and the overlap of these edges along it times
-/// that length, less rounding.
+TOUCHSTONE_INLINE Point edge_of(const PosedHull& hull, int e) {
+  return hull.vertex(hull.hull->edge_vertices[1][e]) - hull.vertex(hull.hull->edge_vertices[0][e]);
+}
+
+/// What edges' lengths and directions may be off by, and the overlap that counts.
+struct EdgeBounds {
+  double tie, uncertain, rounding, parallel2;
+
+  /// Lengths of a pair's edges are at most 2 sqrt(3) extent.
+  TOUCHSTONE_INLINE explicit EdgeBounds(const Magnitudes& size)
+      : tie(kTieOfExtent * kU * size.extent),
+        uncertain(kUncertainSign * size.extent + kUncertainRoundoffs * kU * size.position),
+        rounding(12.0 * kEdgeRoundoffs * kU * ((size.extent * size.extent) * size.extent)) {
+    const double parallel = size.rounding(kParallelRoundoffs);
+    parallel2 = parallel * parallel;
+  }
+};
+
+/// Bytes of a table of edges.
+TOUCHSTONE_INLINE PlaceWord looked_up(const std::uint8_t (&table)[18], PlaceWord edges) {
+#if defined(__SSSE3__)
+  if (__builtin_expect((edges & 0x1010101010101010) == 0, 1))
+    return static_cast<PlaceWord>(_mm_cvtsi128_si64(_mm_shuffle_epi8(
+        _mm_loadu_si128((const __m128i*)table), _mm_cvtsi64_si128(static_cast<long long>(edges)))));
+#endif
+  PlaceWord out = 0;
+  for (int k = 0; k < 64; k += 8) out |= PlaceWord{table[edges >> k & 0x1f]} << k;
+  return out;
+}
+
+/// Up to eight of a solid's edges, of the first sixteen or of the others. Places beyond the last have edge 0.
+struct EdgeList {
+  static constexpr int kMost = 8;
+
+  int count;
+  PlaceWord edges;
+
+  /// Takes them out of `from`, in ascending order. @pre one at least
+  TOUCHSTONE_INLINE explicit EdgeList(unsigned& from) {
+    const unsigned some = (from & 0xffff) != 0 ? from & 0xffff : from;
+    count = __builtin_popcount(some);
+    count = count < kMost ? count : kMost;
+#if defined(__AVX512F__)
+    const int first = some > 0xffff ? 16 : 0;
+    const __m512i numbers = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+    const __m512i taken = _mm512_maskz_compress_epi32(static_cast<__mmask16>(some >> first), numbers);
+    edges = static_cast<PlaceWord>(_mm_cvtsi128_si64(_mm512_maskz_cvtepi32_epi8(0xffff, taken)));
+    if (first != 0) edges += 0x1010 & ((1u << (8 * count)) - 1);
+#else
+    unsigned rest = some;
+    edges = 0;
+    int k = 0;
+    do {  // four without a branch, whose outcome no predictor can guess
+      for (int i = 0; i < 4; ++i, rest &= rest - 1)
+        edges |= PlaceWord{static_cast<unsigned>(__builtin_ctz(rest | 1u << 31)) % 31} << (8 * (k + i));
+      k += 4;
+    } while (rest != 0 && k < kMost);
+#endif
+    unsigned left = some;
+    if (__builtin_expect(__builtin_popcount(some) > kMost, 0))
+      for (int i = 0; i < kMost; ++i) left &= left - 1;
+    else
+      left = 0;
+    from = (from & ~some) | left;
+  }
+  TOUCHSTONE_INLINE int at(int k) const { return static_cast<int>(edges >> (8 * k) & 0xff); }
+};
+
+/// Some of B's edges in lanes.
+template <class Pack>
+struct EdgeLanes {
+  static constexpr int kPacks = EdgeList::kMost / Traits<Pack>::lanes;
+
+  Vector3Of<Pack> from[kPacks], along[kPacks], normal[2][kPacks];
+  Pack length2[kPacks];
+
+  TOUCHSTONE_INLINE EdgeLanes(const PosedHull& hull, const EdgeList& list) {
+    constexpr int kLanes = Traits<Pack>::lanes;
+    const HullTopology& topology = *hull.hull;
+    const PlaceWord vertices[2] = {looked_up(topology.edge_vertices[0], list.edges),
+                                   looked_up(topology.edge_vertices[1], list.edges)};
+    const PlaceWord faces[2] = {looked_up(topology.edge_faces[0], list.edges),
+                                looked_up(topology.edge_faces[1], list.edges)};
+    for (int k = 0; k * kLanes < list.count; ++k) {
+      const int shift = 8 * k * kLanes;
+      from[k] = picked_vertices<Pack>(hull, vertices[0] >> shift);
+      along[k] = picked_vertices<Pack>(hull, vertices[1] >> shift) - from[k];
+      length2[k] = dot(along[k], along[k]);
+      for (int side = 0; side < 2; ++side) normal[side][k] = picked_normals<Pack>(hull, faces[side] >> shift);
+    }
+  }
+};
+
+/// Bits of B's edges that may have a facet with edge i of A no deeper than the separation whose square is
+/// given: arcs may cross, turned as B's edge passes A's faces there, and the edges' own overlap does not
+/// exceed it. Where it passes along both, the turn is uncertain.
+template <class Pack>
+TOUCHSTONE_INLINE unsigned edges_near(const PosedHull& A, int i, const EdgeLanes<Pack>& edges_b, int count,
+                                      const EdgeBounds& bounds, double separation2) {
+  using Mask = MaskOf<Pack>;
+  constexpr int kLanes = Traits<Pack>::lanes;
+  const Point edge = edge_of(A, i);
+  const Vector3Of<Pack> e = broadcast<Pack>(edge), u1 = broadcast<Pack>(A.normal(A.hull->edge_faces[0][i])),
+                        u2 = broadcast<Pack>(A.normal(A.hull->edge_faces[1][i]));
+  const Vector3Of<Pack> from = broadcast<Pack>(A.vertex(A.hull->edge_vertices[0][i]));
+  const Pack length2 = all<Pack>(dot(edge, edge)), uncertain = all<Pack>(bounds.uncertain);
+  const Mask sign = (Mask)all<Pack>(-0.0);
+  unsigned out = 0;
+  for (int k = 0; k * kLanes < count; ++k) {
+    const Vector3Of<Pack>& f = edges_b.along[k];
+    const Pack f_u1 = dot(u1, f), f_u2 = dot(u2, f);
+    const Pack e_w1 = dot(edges_b.normal[0][k], e), e_w2 = dot(edges_b.normal[1][k], e);
+    const Mask turn = (Mask)(f_u1 - f_u2) & sign;
+    const auto turned = [turn](Pack p) __attribute__((always_inline)) { return (Pack)((Mask)p ^ turn); };
+    const Mask crosses =
+        (least(turned(f_u1), turned(e_w1)) > -uncertain) & (greatest(turned(f_u2), turned(e_w2)) < uncertain);
+    // The edges' separation times |c|.
+    const Vector3Of<Pack> c = cross(e, f);
+    const Pack across2 = dot(c, c);
+    const Pack separation = turned(dot(c, edges_b.from[k] - from)) + all<Pack>(bounds.rounding);
+    const Mask deeper = (separation < Pack{}) & (separation * separation > all<Pack>(separation2) * across2);
+    const Mask two_ways = magnitude(f_u1 - f_u2) <= uncertain + uncertain;
+    const Mask parallel = across2 <= all<Pack>(bounds.parallel2) * greatest(length2, edges_b.length2[k]);
+    out |= bits(((crosses & ~deeper) | two_ways) & ~parallel) << (k * kLanes);
+  }
+  return out & ((1u << count) - 1);
+}
+
+/// The normal across edge i of A and edge j of B, any length, if their arcs cross so, and the overlap of
+/// these edges along it times that length, less rounding.
 struct EdgeAxis {
   Point c;
   double length2, overlap;
+  bool crosses;
+  bool is_short;
 
-  TOUCHSTONE_INLINE EdgeAxis(const PosedHull& A, int i, Point edge_a, const PosedHull& B, int j, Point edge_b,
-                             double sign, double extent)
-      : c(sign * cross(edge_a, edge_b)), length2(dot(c, c)) {
-    const Point w = B.vertex(B.hull->edges[j].vertices[0]) - A.vertex(A.hull->edges[i].vertices[0]);
-    overlap = -dot(c, w) - kEdgeRoundoffs * kU * extent;
+  TOUCHSTONE_INLINE EdgeAxis(const PosedHull& A, int i, const PosedHull& B, int j, double sign,
+                             const EdgeBounds& bounds) {
+    const Point e = edge_of(A, i), f = edge_of(B, j);
+    const auto side = [](const PosedHull& hull, int edge, int k, const Point& other) {
+      return dot(hull.normal(hull.hull->edge_faces[k][edge]), other);
+    };
+    const double low = -bounds.uncertain;
+    crosses = sign * side(A, i, 0, f) > low && -sign * side(A, i, 1, f) > low &&
+              sign * side(B, j, 0, e) > low && -sign * side(B, j, 1, e) > low;
+    c = sign * cross(e, f), length2 = dot(c, c);
+    const Point w = B.vertex(B.hull->edge_vertices[0][j]) - A.vertex(A.hull->edge_vertices[0][i]);
+    overlap = -dot(c, w) - bounds.rounding;
+    is_short = length2 < kShortCross2 * (dot(e, e) * dot(f, f));
   }
-  TOUCHSTONE_INLINE bool has_direction() const { return length2 > kNoCross2; }
   /// Whether the overlap is certainly more than that at `separation`.
   TOUCHSTONE_INLINE bool exceeds(double separation) const {
     return overlap > 0.0 && overlap * overlap > (separation * separation) * length2;
@@ -174,79 +240,43 @@ struct EdgeAxis {
 
 template <class Pack>
 TOUCHSTONE_INLINE EdgeSearch try_edges(const PosedHull& A, int i, const PosedHull& B, int j,
-                                       const EdgeAxis& axis, double extent, HullAxis& best) {
-  if (axis.exceeds(best.separation) || !axis.has_direction()) return EdgeSearch::done;
-  if (axis.length2 < kShortCross2) return EdgeSearch::too_parallel;
-  const Point n = (1.0 / __builtin_sqrt(axis.length2)) * axis.c;
-  const double separation = hull_separation<Pack>(A, B, n);
-  if (separation > best.separation + kTieOfExtent * kU * extent) {
-    best = {separation, n};
-    best.edge_a = i, best.edge_b = j;
+                                       const EdgeBounds& bounds, HullAxis& best) {
+  for (int turned = 0; turned < 2; ++turned) {
+    const EdgeAxis axis(A, i, B, j, turned == 0 ? 1.0 : -1.0, bounds);
+    if (!axis.crosses || axis.exceeds(best.separation)) continue;
+    if (axis.is_short) return EdgeSearch::too_parallel;
+    const Point n = (1.0 / __builtin_sqrt(axis.length2)) * axis.c;
+    const double separation = hull_separation<Pack>(A, B, n);
+    if (separation > best.separation + bounds.tie) {
+      best = {separation, n};
+      best.edge_a = i, best.edge_b = j;
+    }
   }
   return EdgeSearch::done;
-}
-
-/// Of one edge of A and those of B in lanes: whose arcs may cross, and whose own overlap does not exceed the
-/// least known; with the signs as they stand, and turned.
-struct CrossingArcs {
-  unsigned ahead, turned;
-};
-
-template <class Pack>
-TOUCHSTONE_INLINE CrossingArcs crossing_arcs(const Vector3Of<Pack>& e, const Vector3Of<Pack> (&u)[2],
-                                             const Vector3Of<Pack>& vertex_a, const Vector3Of<Pack>& f,
-                                             const BesideEdges& beside_b, int first, double extent,
-                                             double separation) {
-  using Mask = MaskOf<Pack>;
-  const Pack tolerance = all<Pack>(kUncertainSign), zero{};
-  // Signs.
-  const Pack f_u1 = dot(u[0], f), f_u2 = dot(u[1], f);
-  const Pack e_w1 = dot(lanes_of<Pack>(beside_b.face[0], first), e);
-  const Pack e_w2 = dot(lanes_of<Pack>(beside_b.face[1], first), e);
-  Mask ahead = (least(f_u1, e_w1) > -tolerance) & (greatest(f_u2, e_w2) < tolerance);
-  Mask turned = (greatest(f_u1, e_w1) < tolerance) & (least(f_u2, e_w2) > -tolerance);
-  // Their own overlap.
-  const Vector3Of<Pack> c = cross(e, f);
-  const Pack length2 = dot(c, c), along = dot(c, lanes_of<Pack>(beside_b.vertex, first) - vertex_a);
-  const Pack rounding = all<Pack>(kEdgeRoundoffs * kU * extent);
-  const Pack least2 = all<Pack>(separation * separation) * length2;
-  const Pack overlap = -along - rounding, overlap_turned = along - rounding;
-  const Mask has_direction = length2 > all<Pack>(kNoCross2);
-  ahead &= has_direction & ~((overlap > zero) & (overlap * overlap > least2));
-  turned &= has_direction & ~((overlap_turned > zero) & (overlap_turned * overlap_turned > least2));
-  return {bits(ahead), bits(turned)};
 }
 
 /// @param in_question_a, in_question_b bits of edges
 template <class Pack>
 TOUCHSTONE_INLINE EdgeSearch search_edges(const PosedHull& A, unsigned in_question_a, const PosedHull& B,
-                                          unsigned in_question_b, double extent, HullAxis& best) {
-  constexpr int kLanes = Traits<Pack>::lanes;
-  EdgeList edges_a, edges_b;
-  list_edges<Pack>(in_question_a, edges_a), list_edges<Pack>(in_question_b, edges_b);
-  PosedEdges posed_a, posed_b;
-  pose_edges<Pack>(A, edges_a, posed_a), pose_edges<Pack>(B, edges_b, posed_b);
-  const BesideEdges beside_b(B, edges_b, kLanes);
-  const double face_separation = best.separation;
-  for (int k = 0; k < edges_a.count; ++k) {
-    const int i = edges_a.edge[k];
-    const Vector3Of<Pack> e = broadcast<Pack>(posed_a.at(k));
-    const Vector3Of<Pack> u[2] = {broadcast<Pack>(A.normal(A.hull->edge_faces[0][i])),
-                                  broadcast<Pack>(A.normal(A.hull->edge_faces[1][i]))};
-    const Vector3Of<Pack> vertex_a = broadcast<Pack>(A.vertex(A.hull->edges[i].vertices[0]));
-    unsigned crossing[2] = {0, 0};
-    for (int first = 0; first < edges_b.count; first += kLanes) {
-      const CrossingArcs arcs = crossing_arcs<Pack>(e, u, vertex_a, lanes_of<Pack>(posed_b, first), beside_b,
-                                                    first, extent, face_separation);
-      crossing[0] |= arcs.ahead << first, crossing[1] |= arcs.turned << first;
-    }
-    // Few are left; each against the best so far.
-    for (int turned = 0; turned < 2; ++turned) {
-      for (unsigned rest = crossing[turned] & ((1u << edges_b.count) - 1); rest != 0; rest &= rest - 1) {
-        const int l = __builtin_ctz(rest);
-        const int j = edges_b.edge[l];
-        const EdgeAxis axis(A, i, posed_a.at(k), B, j, posed_b.at(l), turned ? -1.0 : 1.0, extent);
-        if (try_edges<Pack>(A, i, B, j, axis, extent, best) == EdgeSearch::too_parallel)
+                                          unsigned in_question_b, const Magnitudes& size, HullAxis& best) {
+  const EdgeBounds bounds(size);
+  const double separation2 = best.separation * best.separation;
+  for (unsigned rest_b = in_question_b; rest_b != 0;) {
+    const EdgeList list_b(rest_b);
+    const EdgeLanes<Pack> edges_b(B, list_b);
+    for (unsigned rest_a = in_question_a; rest_a != 0;) {
+      // Of eight edges of A, a byte each; few bits are left.
+      std::uint64_t near = 0;
+      std::uint8_t edges_a[8];
+      for (int k = 0; k < 8 && rest_a != 0; ++k, rest_a &= rest_a - 1) {
+        edges_a[k] = static_cast<std::uint8_t>(__builtin_ctz(rest_a));
+        const unsigned found = edges_near<Pack>(A, edges_a[k], edges_b, list_b.count, bounds, separation2);
+        near |= std::uint64_t{found} << (8 * k);
+      }
+      for (; near != 0; near &= near - 1) {
+        const int bit = __builtin_ctzll(near);
+        if (try_edges<Pack>(A, edges_a[bit / 8], B, list_b.at(bit % 8), bounds, best) ==
+            EdgeSearch::too_parallel)
           return EdgeSearch::too_parallel;
       }
     }

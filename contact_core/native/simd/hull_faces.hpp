@@ -8,6 +8,8 @@ namespace touchstone::native::TOUCHSTONE_ISA {
 
 constexpr double kHullPositionRoundoffs = 8.0;
 constexpr double kTieOfExtent = 2.0;
+/// Normals are as long as this: no length that is compared is off by more than 8 u of itself.
+constexpr double kUnitSquareRoundoffs = 16.0;
 
 using Point = Vector3Of<double>;
 
@@ -25,9 +27,8 @@ struct Magnitudes {
 struct PosedHull {
   static constexpr int kMostFaces = 16;  // as lanes are filled
 
-  const HullRecord* hull;
+  const HullTopology* hull;
   const double* vertices;  // x of eight, y of eight, z of eight
-  const double* R;
   alignas(64) double nx[kMostFaces], ny[kMostFaces], nz[kMostFaces];
   alignas(64) double height[kMostFaces] = {};
 
@@ -45,9 +46,17 @@ TOUCHSTONE_INLINE double greatest_lane(Double2 p) { return p[0] > p[1] ? p[0] : 
 TOUCHSTONE_INLINE double greatest_lane(Double4 p) {
   return greatest_lane(greatest(__builtin_shufflevector(p, p, 0, 1), __builtin_shufflevector(p, p, 2, 3)));
 }
+TOUCHSTONE_INLINE double greatest_lane(Double8 p) {
+  return greatest_lane(
+      greatest(__builtin_shufflevector(p, p, 0, 1, 2, 3), __builtin_shufflevector(p, p, 4, 5, 6, 7)));
+}
 TOUCHSTONE_INLINE double least_lane(Double2 p) { return p[0] < p[1] ? p[0] : p[1]; }
 TOUCHSTONE_INLINE double least_lane(Double4 p) {
   return least_lane(least(__builtin_shufflevector(p, p, 0, 1), __builtin_shufflevector(p, p, 2, 3)));
+}
+TOUCHSTONE_INLINE double least_lane(Double8 p) {
+  return least_lane(
+      least(__builtin_shufflevector(p, p, 0, 1, 2, 3), __builtin_shufflevector(p, p, 4, 5, 6, 7)));
 }
 
 /// Lane l: the least lane of row l.
@@ -64,6 +73,21 @@ TOUCHSTONE_INLINE Double4 least_lanes(const Double4 (&rows)[4]) {
   return least(__builtin_shufflevector(p, q, 0, 1, 4, 5), __builtin_shufflevector(p, q, 2, 3, 6, 7));
 }
 
+TOUCHSTONE_INLINE Double8 least_lanes(const Double8 (&rows)[8]) {
+  const auto of_two = [&](int i) {  // 0 1 0 1 0 1 0 1
+    return least(__builtin_shufflevector(rows[i], rows[i + 1], 0, 8, 2, 10, 4, 12, 6, 14),
+                 __builtin_shufflevector(rows[i], rows[i + 1], 1, 9, 3, 11, 5, 13, 7, 15));
+  };
+  const auto of_four = [&](int i) {  // 0 1 2 3 0 1 2 3
+    const Double8 p = of_two(i), q = of_two(i + 2);
+    return least(__builtin_shufflevector(p, q, 0, 1, 8, 9, 4, 5, 12, 13),
+                 __builtin_shufflevector(p, q, 2, 3, 10, 11, 6, 7, 14, 15));
+  };
+  const Double8 p = of_four(0), q = of_four(4);
+  return least(__builtin_shufflevector(p, q, 0, 1, 2, 3, 8, 9, 10, 11),
+               __builtin_shufflevector(p, q, 4, 5, 6, 7, 12, 13, 14, 15));
+}
+
 template <class Pack>
 TOUCHSTONE_INLINE Vector3Of<Pack> rotated(const double* R, const Vector3Of<Pack>& p) {
   return {(all<Pack>(R[0]) * p.x + all<Pack>(R[3]) * p.y) + all<Pack>(R[6]) * p.z,
@@ -71,27 +95,120 @@ TOUCHSTONE_INLINE Vector3Of<Pack> rotated(const double* R, const Vector3Of<Pack>
           (all<Pack>(R[2]) * p.x + all<Pack>(R[5]) * p.y) + all<Pack>(R[8]) * p.z};
 }
 
+/// Lanes whose number, from `first` on, is below `count`.
+template <class Pack>
+TOUCHSTONE_INLINE MaskOf<Pack> lanes_below(int first, int count) {
+  static constexpr double kNumbers[8] = {0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0};
+  return load<Pack>(kNumbers) < all<Pack>(count - first);
+}
+
+/// Eight places in a list of eight vertices, or of sixteen faces, a byte each.
+using PlaceWord = std::uint64_t;
+
+TOUCHSTONE_INLINE PlaceWord places_at(const std::uint8_t* from) {
+  PlaceWord out;
+  __builtin_memcpy(&out, from, sizeof out);
+  return out;
+}
+
+/// Lane l: from[byte l], of eight or of sixteen numbers.
+TOUCHSTONE_INLINE Double2 picked(const double* from, PlaceWord w, Double2) {
+  return Double2{from[w & 0xff], from[w >> 8 & 0xff]};
+}
+TOUCHSTONE_INLINE Double4 picked(const double* from, PlaceWord w, Double4) {
+  return Double4{from[w & 0xff], from[w >> 8 & 0xff], from[w >> 16 & 0xff], from[w >> 24 & 0xff]};
+}
+#if defined(__AVX512F__)
+TOUCHSTONE_INLINE __m512i lanes_of_bytes(PlaceWord w) {
+  return _mm512_maskz_cvtepu8_epi64(0xff, _mm_cvtsi64_si128(static_cast<long long>(w)));
+}
+TOUCHSTONE_INLINE Double8 picked(const double* from, PlaceWord w, Double8) {
+  return (Double8)_mm512_maskz_permutexvar_pd(0xff, lanes_of_bytes(w), (__m512d)load<Double8>(from));
+}
+TOUCHSTONE_INLINE Double8 picked_of_sixteen(const double* from, PlaceWord w, Double8) {
+  return (Double8)_mm512_permutex2var_pd((__m512d)load<Double8>(from), lanes_of_bytes(w),
+                                         (__m512d)load<Double8>(from + 8));
+}
+#endif
+template <class Pack>
+TOUCHSTONE_INLINE Pack picked_of_sixteen(const double* from, PlaceWord w, Pack) {
+  return picked(from, w, Pack{});
+}
+template <class Pack>
+TOUCHSTONE_INLINE Vector3Of<Pack> picked_vertices(const PosedHull& hull, PlaceWord w) {
+  const double* const v = hull.vertices;
+  return {picked(v, w, Pack{}), picked(v + 8, w, Pack{}), picked(v + 16, w, Pack{})};
+}
+template <class Pack>
+TOUCHSTONE_INLINE Vector3Of<Pack> picked_normals(const PosedHull& hull, PlaceWord w) {
+  return {picked_of_sixteen(hull.nx, w, Pack{}), picked_of_sixteen(hull.ny, w, Pack{}),
+          picked_of_sixteen(hull.nz, w, Pack{})};
+}
+
+/// Where the faces' normals are: x of all, y, z.
+struct NormalsView {
+  const double* of_axis[3];
+
+  template <class Pack>
+  TOUCHSTONE_INLINE Vector3Of<Pack> at(int first) const {
+    return {load<Pack>(of_axis[0] + first), load<Pack>(of_axis[1] + first), load<Pack>(of_axis[2] + first)};
+  }
+};
+
+/// cofactor(R), by columns as R.
+struct Cofactors {
+  double of[9];
+
+  TOUCHSTONE_INLINE explicit Cofactors(const double* R) {
+    for (int i = 0; i < 3; ++i) {
+      const double *p = R + 3 * ((i + 1) % 3), *q = R + 3 * ((i + 2) % 3);
+      const Point c = cross(Point{p[0], p[1], p[2]}, Point{q[0], q[1], q[2]});
+      of[3 * i] = c.x, of[3 * i + 1] = c.y, of[3 * i + 2] = c.z;
+    }
+  }
+};
+
+/// Normals and heights of at most eight faces, `first` on. @param hull of the pair's, with `count` faces
+template <class Pack>
+TOUCHSTONE_INLINE void pose_eight_faces(const HullTopology& hull, int count, int first,
+                                        const NormalsView& local, const Cofactors& N, PosedHull& out) {
+  constexpr int kLanes = Traits<Pack>::lanes;
+  MaskOf<Pack> is_off{};  // poses may be no rotations by up to kRotationTolerance
+  for (int f = 0; f < 8 && first + f < count; f += kLanes) {
+    const Vector3Of<Pack> n = rotated<Pack>(N.of, local.at<Pack>(f));
+    is_off |= (magnitude(dot(n, n) - all<Pack>(1.0)) > all<Pack>(kUnitSquareRoundoffs * kU)) &
+              lanes_below<Pack>(first + f, count);
+    store(n.x, out.nx + first + f), store(n.y, out.ny + first + f), store(n.z, out.nz + first + f);
+  }
+  const bool are_off = bits(is_off) != 0;
+  for (int f = first; f < first + 8 && f < count; f += kLanes) {
+    Vector3Of<Pack> n = {load<Pack>(out.nx + f), load<Pack>(out.ny + f), load<Pack>(out.nz + f)};
+    if (__builtin_expect(are_off, 0)) {
+      n = (all<Pack>(1.0) / square_root(dot(n, n))) * n;
+      store(n.x, out.nx + f), store(n.y, out.ny + f), store(n.z, out.nz + f);
+    }
+    store(dot(n, picked_vertices<Pack>(out, places_at(hull.face_vertex + f))), out.height + f);
+  }
+}
+
 template <class Pack>
 TOUCHSTONE_INLINE void pose_faces(const HullView& view, PosedHull& out) {
-  const HullRecord& hull = *view.hull;
-  out.hull = &hull, out.vertices = view.vertices, out.R = view.R;
-  const double* R = view.R;
-  double N[9];
-  for (int i = 0; i < 3; ++i) {
-    const double *p = R + 3 * ((i + 1) % 3), *q = R + 3 * ((i + 2) % 3);
-    const Point c = cross(Point{p[0], p[1], p[2]}, Point{q[0], q[1], q[2]});
-    N[3 * i] = c.x, N[3 * i + 1] = c.y, N[3 * i + 2] = c.z;
+  const HullTopology& hull = view.hull->topology;
+  out.hull = &hull, out.vertices = view.vertices;
+  const Cofactors N(view.R);
+  for (int first = 0; first < hull.face_count; first += 8) {
+    const HullRecord::Normals& normals = view.hull->normals[first / 8];
+    pose_eight_faces<Pack>(hull, hull.face_count, first, {{normals.x, normals.y, normals.z}}, N, out);
   }
-  for (int f = 0; f < hull.face_count; f += Traits<Pack>::lanes) {
-    const HullRecord::Normals& normals = hull.normals[f / 8];
-    const Vector3Of<Pack> local = {load<Pack>(normals.x + f % 8), load<Pack>(normals.y + f % 8),
-                                   load<Pack>(normals.z + f % 8)};
-    Vector3Of<Pack> n = rotated<Pack>(N, local);
-    n = (all<Pack>(1.0) / square_root(dot(n, n))) * n;
-    store(n.x, out.nx + f), store(n.y, out.ny + f), store(n.z, out.nz + f);
-  }
-  for (int f = 0; f < hull.face_count; ++f)
-    out.height[f] = dot(out.normal(f), out.vertex(hull.face_vertex[f]));
+}
+
+/// The same of a regular hull: `out` has its vertices.
+template <class Pack>
+TOUCHSTONE_INLINE void pose_faces(const PlainHull& hull, const double* R, PosedHull& out) {
+  static_assert(__builtin_offsetof(PlainHull, padding) == 3 * kRegularFaces * sizeof(double));
+  out.hull = &kRegularHull;
+  pose_eight_faces<Pack>(kRegularHull, kRegularFaces, 0,
+                         {{hull.normals[0], hull.normals[1], hull.normals[2]}}, Cofactors(R), out);
 }
 
 /// Eight vertices along an axis, and the least or greatest of two of these in each lane.
@@ -137,17 +254,10 @@ struct FaceDepths {
   alignas(64) double separation[PosedHull::kMostFaces];  // negative: inside; -inf beyond the last
 };
 
-/// Lanes whose number, from `first` on, is below `count`.
 template <class Pack>
-TOUCHSTONE_INLINE MaskOf<Pack> lanes_below(int first, int count) {
-  static constexpr double kNumbers[4] = {0.0, 1.0, 2.0, 3.0};
-  return load<Pack>(kNumbers) < all<Pack>(count - first);
-}
-
-template <class Pack>
-TOUCHSTONE_INLINE void find_face_depths(const PosedHull& base, const PosedHull& other, FaceDepths& out) {
+TOUCHSTONE_INLINE void find_face_depths(const PosedHull& base, int count, const PosedHull& other,
+                                        FaceDepths& out) {
   constexpr int kLanes = Traits<Pack>::lanes;
-  const int count = base.hull->face_count;
   int first = 0;
   do {
     Pack rows[kLanes] = {};
@@ -194,12 +304,12 @@ struct HullAxis {
   int edge_a = -1, edge_b = -1;
 };
 
-/// Bit f: separation f less than `tie` below `value`.
+/// Bit f: separation f is at least `value`.
 template <class Pack>
-TOUCHSTONE_INLINE unsigned as_good(const FaceDepths& depths, int count, double tie, double value) {
+TOUCHSTONE_INLINE unsigned as_good(const FaceDepths& depths, int count, double value) {
   unsigned out = 0;
   for (int f = 0; f < count; f += Traits<Pack>::lanes)
-    out |= bits(load<Pack>(depths.separation + f) + all<Pack>(tie) >= all<Pack>(value)) << f;
+    out |= bits(load<Pack>(depths.separation + f) >= all<Pack>(value)) << f;
   return out;
 }
 
@@ -211,40 +321,40 @@ TOUCHSTONE_INLINE double greatest_separation(const FaceDepths& depths, int count
   return greatest_lane(high);
 }
 
-/// The first of B's faces that is better than all before it, and than A's best, by more than rounding; -1
-/// where none is.
-template <class Pack>
-TOUCHSTONE_INLINE int better_face(const FaceDepths& of_b, int count, double tie, double separation) {
-  const double best = greatest_separation<Pack>(of_b, count);
-  if (!(best > separation + tie)) return -1;
-  const unsigned good = as_good<Pack>(of_b, count, tie, best);
-  if (__builtin_expect((good & (good - 1)) == 0, 1)) return __builtin_ctz(good);
-  int face = -1;
-  for (int f = 0; f < count; ++f)
-    if (of_b.separation[f] > separation + tie) separation = of_b.separation[f], face = f;
-  return face;
-}
-
 /// Of the faces of either the one with the greatest separation: the first, but one of B must be better by
 /// more than rounding.
+struct FaceChoice {
+  double separation, low;  ///< as the normal's length has it; the least normal . vertex of the other's
+  int face;
+  bool is_b;
+};
+
+/// Without a branch, whose outcome no predictor could guess and which would wait for all before it.
 template <class Pack>
-TOUCHSTONE_INLINE HullAxis best_face(const PosedHull& A, const FaceDepths& of_a, const PosedHull& B,
-                                     const FaceDepths& of_b, double extent) {
-  const int count_a = A.hull->face_count, count_b = B.hull->face_count;
-  const double on_a = greatest_separation<Pack>(of_a, count_a);
-  HullAxis best{on_a, {}};
-  best.face_a = __builtin_ctz(as_good<Pack>(of_a, count_a, 0.0, on_a));
-  best.face_b = better_face<Pack>(of_b, count_b, kTieOfExtent * kU * extent, on_a);
-  const bool is_b = best.face_b >= 0;
-  const PosedHull& base = is_b ? B : A;
-  const FaceDepths& depths = is_b ? of_b : of_a;
-  const int face = is_b ? best.face_b : best.face_a;
-  if (is_b) best.face_a = -1;
-  // hull_separation() along that normal, half of which is known.
-  const Point n = base.normal(face);
-  best.separation = depths.low[face] - Projections<Pack>(base.vertices, n).highest();
-  best.n = is_b ? -1.0 * n : n;
-  return best;
+TOUCHSTONE_INLINE FaceChoice choose_face(const FaceDepths (&depths)[2], int count_a, int count_b,
+                                         double extent) {
+  const double best[2] = {greatest_separation<Pack>(depths[0], count_a),
+                          greatest_separation<Pack>(depths[1], count_b)};
+  const unsigned good[2] = {as_good<Pack>(depths[0], count_a, best[0]),
+                            as_good<Pack>(depths[1], count_b, best[1])};
+  FaceChoice out;
+  out.is_b = best[1] > best[0] + kTieOfExtent * kU * extent;
+  out.face = __builtin_ctz(good[out.is_b] | 1u << 15);
+  out.separation = best[out.is_b], out.low = depths[out.is_b].low[out.face];
+  return out;
+}
+
+/// The axis of that face: hull_separation() along its unit normal, half of which is known.
+template <class Pack>
+TOUCHSTONE_INLINE HullAxis axis_of(const FaceChoice& choice, const PosedHull& A, const PosedHull& B) {
+  const PosedHull& base = choice.is_b ? B : A;
+  const Point normal = base.normal(choice.face);
+  const double scale = 1.0 / __builtin_sqrt(dot(normal, normal));
+  const Point n = scale * normal;
+  HullAxis out{scale * choice.low - Projections<Pack>(base.vertices, n).highest(),
+               choice.is_b ? -1.0 * n : n};
+  (choice.is_b ? out.face_b : out.face_a) = choice.face;
+  return out;
 }
 
 }  // namespace touchstone::native::TOUCHSTONE_ISA

@@ -9,11 +9,11 @@
 // The depth is the least overlap over the facet normals of the Minkowski difference: faces of A, faces of B,
 // and pairs of edges whose arcs on the sphere of normals cross (hull_edges.hpp).
 //
-// Error. Normals are cofactor(R) times the solid's own, edges R times theirs; vertices are the hulls' own,
-// about a common origin: as best_facet_axis(). Overlap is certified by a depth above m = 256 u extent + 8 u
-// P: the hulls of the rounded vertices are within 16 u extent + 4 u P of the posed solids, facets that count
-// as one turn the axis by 16 u and rounding by as much, each over 2 sqrt(3) extent, and a projection is right
-// to 12 u * 3 extent.
+// Error. Normals are cofactor(R) times the solid's own, edges the differences of vertices; these are the
+// hulls' own, about a common origin: as best_facet_axis(). Overlap is certified by a depth above m = 256 u
+// extent + 8 u P: the hulls of the rounded vertices are within 16 u extent + 4 u P of the posed solids,
+// facets that count as one turn the axis by 16 u and rounding by as much, each over 2 sqrt(3) extent, and a
+// projection is right to 12 u * 3 extent.
 
 namespace touchstone::native::TOUCHSTONE_ISA {
 
@@ -84,9 +84,8 @@ TOUCHSTONE_INLINE double largest_of(Point p) {
 
 TOUCHSTONE_INLINE bool edge_witness(const PosedHull& A, const PosedHull& B, const HullAxis& axis,
                                     double tolerance, Point& p_A) {
-  const auto &of_a = A.hull->edges[axis.edge_a].vertices, &of_b = B.hull->edges[axis.edge_b].vertices;
-  const Point a0 = A.vertex(of_a[0]), b0 = B.vertex(of_b[0]);
-  const Point a = A.vertex(of_a[1]) - a0, b = B.vertex(of_b[1]) - b0;
+  const Point a0 = A.vertex(A.hull->edge_vertices[0][axis.edge_a]), a = edge_of(A, axis.edge_a);
+  const Point b0 = B.vertex(B.hull->edge_vertices[0][axis.edge_b]), b = edge_of(B, axis.edge_b);
   const auto crossing = cross_lines<double>(b0 - a0, a, b, axis.n);
   const double x = within_unit(crossing.x), y = within_unit(crossing.y);
   p_A = a0 + x * a;
@@ -124,30 +123,47 @@ TOUCHSTONE_INLINE void settle_depth(const PosedHull& A, const PosedHull& B, Hull
   out.p_A[0] = p_A.x, out.p_A[1] = p_A.y, out.p_A[2] = p_A.z;
 }
 
+/// What is known of a pair's faces.
+struct FaceStage {
+  FaceDepths depths[2];  ///< of A's, of B's
+  FaceChoice best;
+};
+
+/// @param count_a, count_b the hulls' faces, beside them for compilers
+template <class Pack>
+TOUCHSTONE_INLINE void compare_faces(const PosedHull& A, int count_a, const PosedHull& B, int count_b,
+                                     const Magnitudes& size, FaceStage& out) {
+  find_face_depths<Pack>(A, count_a, B, out.depths[0]), find_face_depths<Pack>(B, count_b, A, out.depths[1]);
+  out.best = choose_face<Pack>(out.depths, count_a, count_b, size.extent);
+}
+
+template <class Pack>
+TOUCHSTONE_INLINE void finish_depth(const PosedHull& A, int count_a, const PosedHull& B, int count_b,
+                                    const FaceStage& faces, const Magnitudes& size, DepthRecord& out) {
+  const bool is_apart = faces.best.separation > size.rounding(kHullRoundoffs);
+  out.certified = is_apart ? Certified::separated : Certified::unknown;
+  out.known = DepthKnown::nothing;
+  out.axis = 0;
+  if (is_apart) return;
+  // Edges that could do better.
+  const double depth = -faces.best.separation;
+  const unsigned edges_a = edges_in_question<Pack>(A, count_a, faces.depths[0], depth, size);
+  const unsigned edges_b = edges_in_question<Pack>(B, count_b, faces.depths[1], depth, size);
+  HullAxis best = axis_of<Pack>(faces.best, A, B);
+  if (search_edges<Pack>(A, edges_a, B, edges_b, size, best) == EdgeSearch::done)
+    settle_depth<Pack>(A, B, best, size, out);
+}
+
 template <class Pack>
 TOUCHSTONE_INLINE void compute_hull_depth_inline(const HullView& a, const HullView& b, double extent,
                                                  double position, DepthRecord& out) {
-  out.certified = Certified::unknown;
-  out.known = DepthKnown::nothing;
-  out.axis = 0;
   PosedHull A, B;
   pose_faces<Pack>(a, A), pose_faces<Pack>(b, B);
-  // The best face of either.
-  FaceDepths of_a, of_b;
-  find_face_depths<Pack>(A, B, of_a), find_face_depths<Pack>(B, A, of_b);
-  HullAxis best = best_face<Pack>(A, of_a, B, of_b, extent);
   const Magnitudes size = {extent, position};
-  if (best.separation > size.rounding(kHullRoundoffs)) {
-    out.certified = Certified::separated;
-    return;
-  }
-  // Edges that could do better.
-  const double depth = -best.separation;
-  if (search_edges<Pack>(A, edges_in_question<Pack>(A, of_a, depth, size), B,
-                         edges_in_question<Pack>(B, of_b, depth, size), extent,
-                         best) == EdgeSearch::too_parallel)
-    return;
-  settle_depth<Pack>(A, B, best, size, out);
+  FaceStage faces;
+  const int count_a = A.hull->face_count, count_b = B.hull->face_count;
+  compare_faces<Pack>(A, count_a, B, count_b, size, faces);
+  finish_depth<Pack>(A, count_a, B, count_b, faces, size, out);
 }
 
 }  // namespace touchstone::native::TOUCHSTONE_ISA

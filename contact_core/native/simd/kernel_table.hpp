@@ -29,7 +29,7 @@ struct Table {
   /// Verdicts, depths and distances of one pair take four of its axes or facets at a time. In two lanes the
   /// kernels of many pairs are faster, for one pair, too.
   static constexpr bool kHasFour = Traits<Pack>::lanes >= 4;
-  /// One pair of hulls, twice four vertices and six faces each, has no use for wider packs.
+  /// The search of one pair of hulls, twice four vertices each, has no use for wider packs.
   using OnePair = decltype(four_or(Pack{}));
 
   static Certified certify_box_pair(const PoseRecord& X_WA, const BoxRecord& a, const PoseRecord& X_WB,
@@ -107,12 +107,12 @@ struct Table {
 
   static void compute_hull_depth(const HullView& a, const HullView& b, double extent, double position,
                                  DepthRecord* out) {
-    compute_hull_depth_inline<OnePair>(a, b, extent, position, *out);
+    compute_hull_depth_inline<Pack>(a, b, extent, position, *out);
   }
 
   static void compute_hull_depths(const PoseRecord* poses, const VertexRecord* shapes, const HullTask* tasks,
-                                  std::size_t count) {
-    compute_hull_depths_inline<OnePair, Pack>(poses, shapes, tasks, count);
+                                  std::size_t count, std::size_t fetched) {
+    compute_hull_depths_inline<Pack>(poses, shapes, tasks, count, fetched);
   }
 
   template <class Lanes, template <class> class Kind, class Shape>

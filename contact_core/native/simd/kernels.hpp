@@ -57,38 +57,63 @@ struct alignas(64) ParallelepipedEdges {
   double x[8], y[8], z[8];
 };
 
-/// An edge of a solid's hull: a cache line has two.
-struct HullEdge {
-  /// Unit, along the first face's loop. Lanes load the eight bytes after it, too.
-  double direction[3];
-  std::uint8_t vertices[2];
-  std::uint8_t padding[6];
+/// How the faces and edges of a solid's hull hang together. An edge runs along the loop of its first face.
+struct HullTopology {
+  std::uint8_t face_count, edge_count;
+  std::uint8_t face_vertex[12];  ///< one that lies on the face
+  std::uint8_t edge_faces[2][18];
+  std::uint8_t edge_vertices[2][18];  ///< from, to
 };
 
-/// The faces and edges of a solid's hull; see find_features(). What most solids, of six faces and twelve
-/// edges, have comes first.
+/// The faces and edges of a solid's hull; see find_features(). Where they are kRegularHull's, in its order.
 struct alignas(64) HullRecord {
   /// Outward unit normals of eight faces, by coordinate for the lanes.
   struct Normals {
     double x[8], y[8], z[8];
   };
 
-  std::uint8_t face_count, edge_count;
-  std::uint8_t face_vertex[12];  ///< one that lies on the face
-  std::uint8_t edge_faces[2][18];
+  HullTopology topology;
   alignas(64) Normals normals[2];
-  HullEdge edges[18];
 };
 
 /// Hexahedron::kFaceVertices, which kernels do not see.
 inline constexpr std::uint8_t kQuads[6][4] = {{0, 1, 3, 2}, {4, 6, 7, 5}, {0, 4, 5, 1},
                                               {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 5, 7, 3}};
 
+consteval HullTopology regular_hull() {
+  HullTopology out{6, 0, {}, {}, {}};
+  const auto has = [](int face, int vertex) {
+    for (const int v : kQuads[face])
+      if (v == vertex) return true;
+    return false;
+  };
+  for (int f = 0; f < 6; ++f) {
+    while (!has(f, out.face_vertex[f])) ++out.face_vertex[f];
+    for (int g = f + 1; g < 6; ++g) {
+      for (int k = 0; k < 4; ++k) {
+        const std::uint8_t from = kQuads[f][k], to = kQuads[f][(k + 1) % 4];
+        if (!has(g, from) || !has(g, to)) continue;
+        const int e = out.edge_count++;
+        out.edge_faces[0][e] = static_cast<std::uint8_t>(f),
+        out.edge_faces[1][e] = static_cast<std::uint8_t>(g);
+        out.edge_vertices[0][e] = from, out.edge_vertices[1][e] = to;
+      }
+    }
+  }
+  return out;
+}
+
+/// Of most solids: six faces in the order of kQuads, twelve edges.
+inline constexpr HullTopology kRegularHull = regular_hull();
+inline constexpr int kRegularFaces = 6, kRegularEdges = 12;
+static_assert(kRegularHull.edge_count == kRegularEdges);
+
 /// The faces of a solid of six plane quadrangles, in the order of kQuads.
 struct alignas(64) PlainHull {
   double normals[3][6];  ///< outward, unit, in the solid's frame: x, y, z
   double padding[2];     ///< lanes load it, too
   bool is_plain;         ///< whether the solid is one: else the rest is nothing
+  bool is_regular;       ///< whether its HullRecord has kRegularHull and these normals
 };
 
 /// A posed solid for compute_hull_depth.
@@ -138,9 +163,6 @@ enum class DistanceState : std::uint8_t {
 /// find_hull_depth().
 inline constexpr double kFarRoundoffs = 4.0;
 
-/// Of the hulls that compute_hull_depths takes.
-inline constexpr int kLaneFaces = 6, kLaneEdges = 12;
-
 /// Both solids' vertices as compute_hull_depths places them, about A's first: x of eight, y, z.
 struct alignas(64) PlacedHulls {
   double a[24], b[24];
@@ -151,9 +173,9 @@ struct alignas(64) PlacedHulls {
 /// A pair for compute_hull_depths, in the order of comes_first().
 struct HullTask {
   PairIndices pair;
-  const HullRecord *a, *b;
-  DepthRecord* depth;   ///< p_A about the origin
-  PlacedHulls* placed;  ///< holds where the depth is known
+  const PlainHull *a, *b;  ///< nothing is computed unless both are regular
+  DepthRecord* depth;      ///< p_A about the origin
+  PlacedHulls* placed;     ///< holds where the depth is known
 };
 
 /// The distance of a separated pair; see distance_kernels.hpp.
@@ -300,10 +322,11 @@ struct Kernels {
   /// position at least every |world coordinate|. Certifies separated pairs too, without measuring them.
   void (*compute_hull_depth)(const HullView& a, const HullView& b, double extent, double position,
                              DepthRecord* out);
-  /// The same bits for pairs of ordinary magnitudes and finite poses whose hulls have kLaneFaces and
-  /// kLaneEdges.
+  /// The same bits for pairs of ordinary magnitudes and finite poses with regular hulls; those of others
+  /// stay.
+  /// @param fetched tasks that are there, `count` or more: those beyond are fetched for later calls
   void (*compute_hull_depths)(const PoseRecord* poses, const VertexRecord* shapes, const HullTask* tasks,
-                              std::size_t count);
+                              std::size_t count, std::size_t fetched);
 
   /// Distance of pairs separated by more than rounding; others, and pairs that the kernel does not settle,
   /// are not `found`. The bits do not depend on the batch.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <vector>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
@@ -391,29 +392,104 @@ void find_faces(const Hexahedron& solid, const Hull& hull, SolidFeatures& out) {
   }
 }
 
-HullRecord hull_record(const Hull& hull) {
-  HullRecord out{};
-  std::array<std::uint8_t, 12> face{};
-  for (int f = 0; f < static_cast<int>(hull.facets.size()); ++f) {
-    const Facet& facet = hull.facets[f];
-    if (facet.leader != f) continue;
-    const Vector3& n = facet.normal;
-    face[f] = out.face_count++;
-    HullRecord::Normals& normals = out.normals[face[f] / 8];
-    const int lane = face[f] % 8;
-    normals.x[lane] = n.x(), normals.y[lane] = n.y(), normals.z[lane] = n.z();
-    out.face_vertex[face[f]] = static_cast<std::uint8_t>(std::countr_zero(facet.mask));
+/// The numbers of the hull's leaders, facets that stand for others too, as faces; -1 of those others. In the
+/// order of the hexahedron's faces, if these are they: `is_regular`.
+struct FaceNumbers {
+  std::vector<int> of;
+  int count = 0;
+  bool is_regular;
+
+  explicit FaceNumbers(const Hull& hull) : of(hull.facets.size(), -1) {
+    for (std::size_t f = 0; f < of.size(); ++f)
+      if (hull.facets[f].leader == static_cast<int>(f)) of[f] = count++;
+    is_regular = take_quads(hull);
   }
+
+ private:
+  bool take_quads(const Hull& hull) {
+    if (count != kRegularFaces) return false;
+    std::vector<int> numbers(of.size(), -1);
+    unsigned found = 0;
+    for (std::size_t f = 0; f < of.size(); ++f) {
+      if (of[f] < 0) continue;
+      unsigned vertices = 0;  // of all that it leads
+      for (const Facet& facet : hull.facets)
+        if (facet.leader == static_cast<int>(f)) vertices |= facet.mask;
+      numbers[f] = quad_of(vertices);
+      if (numbers[f] < 0) return false;
+      found |= 1u << numbers[f];
+    }
+    if (found != 0x3fu) return false;
+    of = numbers;
+    return true;
+  }
+  static int quad_of(unsigned vertices) {
+    for (int q = 0; q < 6; ++q) {
+      unsigned mask = 0;
+      for (const std::uint8_t v : Hexahedron::kFaceVertices[q]) mask |= 1u << v;
+      if (mask == vertices) return q;
+    }
+    return -1;
+  }
+};
+
+/// Whether the hull's edges are the hexahedron's, between the same faces. @param faces regular
+bool has_regular_edges(const Hull& hull, const FaceNumbers& faces) {
+  if (hull.edges.size() != kRegularEdges) return false;
+  unsigned found = 0;
+  for (Edge edge : hull.edges) {
+    int first = faces.of[hull.facets[edge.facet].leader], second = faces.of[hull.facets[edge.other].leader];
+    if (first > second) std::swap(first, second), std::swap(edge.from, edge.to);
+    const HullTopology& regular = kRegularHull;
+    for (int e = 0; e < kRegularEdges; ++e)
+      if (regular.edge_faces[0][e] == first && regular.edge_faces[1][e] == second &&
+          regular.edge_vertices[0][e] == edge.from && regular.edge_vertices[1][e] == edge.to)
+        found |= 1u << e;
+  }
+  return found == (1u << kRegularEdges) - 1;
+}
+
+HullTopology topology_of(const Hull& hull, const FaceNumbers& faces) {
+  if (faces.is_regular && has_regular_edges(hull, faces)) return kRegularHull;
+  HullTopology out{};
+  out.face_count = static_cast<std::uint8_t>(faces.count);
+  for (std::size_t f = 0; f < hull.facets.size(); ++f)
+    if (faces.of[f] >= 0)
+      out.face_vertex[faces.of[f]] = static_cast<std::uint8_t>(std::countr_zero(hull.facets[f].mask));
   for (const Edge& edge : hull.edges) {
     const int e = out.edge_count++;
-    const Vector3 direction = direction_of(hull, edge.from, edge.to);
-    for (int k = 0; k < 3; ++k) out.edges[e].direction[k] = direction(k);
-    out.edges[e].vertices[0] = static_cast<std::uint8_t>(edge.from);
-    out.edges[e].vertices[1] = static_cast<std::uint8_t>(edge.to);
-    out.edge_faces[0][e] = face[hull.facets[edge.facet].leader];
-    out.edge_faces[1][e] = face[hull.facets[edge.other].leader];
+    out.edge_vertices[0][e] = static_cast<std::uint8_t>(edge.from);
+    out.edge_vertices[1][e] = static_cast<std::uint8_t>(edge.to);
+    for (int side = 0; side < 2; ++side) {
+      const int facet = side == 0 ? edge.facet : edge.other;
+      out.edge_faces[side][e] = static_cast<std::uint8_t>(faces.of[hull.facets[facet].leader]);
+    }
   }
   return out;
+}
+
+HullRecord hull_record(const Hull& hull) {
+  const FaceNumbers faces(hull);
+  HullRecord out{};
+  out.topology = topology_of(hull, faces);
+  for (std::size_t f = 0; f < hull.facets.size(); ++f) {
+    if (faces.of[f] < 0) continue;
+    const Vector3& n = hull.facets[f].normal;
+    HullRecord::Normals& normals = out.normals[faces.of[f] / 8];
+    const int lane = faces.of[f] % 8;
+    normals.x[lane] = n.x(), normals.y[lane] = n.y(), normals.z[lane] = n.z();
+  }
+  return out;
+}
+
+/// Whether the record is that of kRegularHull, with the normals of `plain`.
+bool is_regular(const HullRecord& record, const PlainHull& plain) {
+  if (!plain.is_plain || std::memcmp(&record.topology, &kRegularHull, sizeof kRegularHull) != 0) return false;
+  const HullRecord::Normals& n = record.normals[0];
+  for (int f = 0; f < kRegularFaces; ++f)
+    if (n.x[f] != plain.normals[0][f] || n.y[f] != plain.normals[1][f] || n.z[f] != plain.normals[2][f])
+      return false;
+  return true;
 }
 
 }  // namespace
@@ -432,7 +508,7 @@ SolidFeatures find_features(const Hexahedron& solid, HullRecord* record) {
   return out;
 }
 
-PlainHull plain_hull(const SolidFeatures& features) {
+PlainHull plain_hull(const SolidFeatures& features, const HullRecord& record) {
   PlainHull out{};
   if (features.face_count != 6) return out;
   unsigned found = 0;
@@ -449,6 +525,7 @@ PlainHull plain_hull(const SolidFeatures& features) {
     for (int k = 0; k < 3; ++k) out.normals[k][number] = face.normal(k);
   }
   out.is_plain = found == 0x3fu;
+  out.is_regular = is_regular(record, out);
   return out;
 }
 

@@ -54,6 +54,6 @@ SolidFeatures find_features(const Hexahedron& solid, HullRecord* record = nullpt
 
 /// The faces for the kernels, where they are the six that the solid's vertices have in its own order, all
 /// plane.
-PlainHull plain_hull(const SolidFeatures& features);
+PlainHull plain_hull(const SolidFeatures& features, const HullRecord& record);
 
 }  // namespace touchstone::native

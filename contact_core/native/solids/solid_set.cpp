@@ -65,7 +65,7 @@ std::shared_ptr<const SolidHull> make_hull(const Hexahedron& solid) {
   const auto out = std::make_shared<SolidHull>();
   // Flat boxes have the faces and edges of a box: where those are bounded does not count in directions.
   out->features = find_features(is_flat(solid) ? Hexahedron::from_size({1, 1, 1}) : solid, &out->record);
-  out->plain = plain_hull(out->features);
+  out->plain = plain_hull(out->features, out->record);
   out->vertices_S = in_columns(solid);
   return out;
 }

@@ -392,18 +392,16 @@ void expect_lanes_as_one_pair(const DepthOf& depth, const native::Kernels& kerne
   // Pairs of hulls that lanes take.
   std::vector<native::HullTask> tasks;
   for (const native::PairIndices& pair : pairs) {
-    const auto record = [&](SolidIndex solid) { return &depth.data.solids[solid].hull->record; };
-    const auto fits = [](const native::HullRecord& hull) {
-      return hull.face_count == native::kLaneFaces && hull.edge_count == native::kLaneEdges;
-    };
-    if (fits(*record(pair.a)) && fits(*record(pair.b)))
-      tasks.push_back({pair, record(pair.a), record(pair.b), nullptr, nullptr});
+    const native::PlainHull &a = depth.data.solids[pair.a].hull->plain,
+                            &b = depth.data.solids[pair.b].hull->plain;
+    if (a.is_regular && b.is_regular) tasks.push_back({pair, &a, &b, nullptr, nullptr});
   }
   ASSERT_GT(tasks.size(), at_least);
   std::vector<DepthRecord> records(tasks.size());
   std::vector<native::PlacedHulls> placed(tasks.size());
   for (std::size_t i = 0; i < tasks.size(); ++i) tasks[i].depth = &records[i], tasks[i].placed = &placed[i];
-  kernels.compute_hull_depths(depth.poses(), native::vertex_records(depth.data), tasks.data(), tasks.size());
+  kernels.compute_hull_depths(depth.poses(), native::vertex_records(depth.data), tasks.data(), tasks.size(),
+                              tasks.size());
   // Depths and placed hulls against those of each pair alone.
   int known = 0;
   for (std::size_t i = 0; i < tasks.size(); ++i) {
@@ -656,7 +654,7 @@ TEST(NativeDepthKernels, PassOverNoEdgeThatHasTheDepth) {
     ASSERT_NEAR(record.separation, axis.separation, 16 * native::kRoundoff * S);
     if (!is_across_edges(placed, record.n)) continue;
     ++across;
-    if (depth.data.solids[pair.a].hull->record.edge_count > 16) ++bent;
+    if (depth.data.solids[pair.a].hull->record.topology.edge_count > 16) ++bent;
   }
   EXPECT_GT(across, 1000);
   EXPECT_GT(bent, 300);

@@ -56,15 +56,8 @@ TEST(SolidSet, BoxesOfAllSizesHaveTheHullThatTheyShare) {
       EXPECT_EQ(normals.y[f], own.normals[0].y[f]);
       EXPECT_EQ(normals.z[f], own.normals[0].z[f]);
     }
-    for (int e = 0; e < 12; ++e) {
-      const auto &edge = shared.edges[e], &own_edge = own.edges[e];
-      EXPECT_TRUE(std::equal(edge.direction, edge.direction + 3, own_edge.direction));
-      EXPECT_TRUE(std::equal(edge.vertices, edge.vertices + 2, own_edge.vertices));
-    }
-    EXPECT_TRUE(std::equal(shared.face_vertex, shared.face_vertex + 12, own.face_vertex));
-    EXPECT_TRUE(std::equal(&shared.edge_faces[0][0], &shared.edge_faces[0][0] + 36, &own.edge_faces[0][0]));
-    EXPECT_EQ(shared.face_count, own.face_count);
-    EXPECT_EQ(shared.edge_count, own.edge_count);
+    EXPECT_EQ(std::memcmp(&shared.topology, &own.topology, sizeof own.topology), 0);
+    EXPECT_EQ(std::memcmp(&own.topology, &native::kRegularHull, sizeof own.topology), 0);
   }
 }
 
@@ -97,7 +90,8 @@ TEST(SolidSet, ChangedInAnyOrderIsTheSetBuiltAtOnce) {
         EXPECT_EQ(changed.solids[i].size, at_once.solids[i].size);
         EXPECT_EQ(changed.solids[i].middle, at_once.solids[i].middle);
         EXPECT_EQ(changed.solids[i].hull, changed.hulls[i].get());
-        EXPECT_EQ(changed.solids[i].hull->record.face_count, at_once.solids[i].hull->record.face_count);
+        EXPECT_EQ(changed.solids[i].hull->record.topology.face_count,
+                  at_once.solids[i].hull->record.topology.face_count);
       }
       if (at_once.parallelepipeds.empty()) {
         // A set that has once held another solid keeps its records.
