@@ -481,6 +481,7 @@ struct HullTasks {
 
   HullTasks(const SolidSet& set, const NarrowphaseInput& input, const Batch& batch, Records& records) {
     if (!(input.query.max_separation >= 0.0)) return;
+    constexpr std::size_t kFetchedHere = 8;  // the kernel fetches those after them
     for (std::size_t i = 0; i < batch.count; ++i) {
       const PairIndices& indices = batch.pairs[i];
       const SolidPair pair{indices.a, indices.b};
@@ -488,6 +489,8 @@ struct HullTasks {
       if (a == nullptr || b == nullptr || !has_finite_poses(pair, input.poses) ||
           !is_ordinary(set, pair.a, input.poses[pair.a], pair.b, input.poses[pair.b]))
         continue;
+      if (count < kFetchedHere)
+        prefetch(set.vertices[pair.a]), prefetch(set.vertices[pair.b]), prefetch(*a), prefetch(*b);
       tasks[count] = {indices, a, b, &records.depth[i], &placed[count % kPlaced]};
       of_batch[count++] = static_cast<std::uint16_t>(i);
     }

@@ -37,30 +37,25 @@ constexpr double kUncertainRoundoffs = 32.0;
 constexpr double kShortCross2 = 0x1p-8;
 constexpr double kParallelRoundoffs = 16.0;
 
+/// Bit e: no bit is set in the numbers of both faces beside edge e, of eight faces and eight more.
+TOUCHSTONE_INLINE unsigned edges_without_common(const HullTopology& hull,
+                                                const std::uint64_t (&of_faces)[2]) {
+  unsigned out = 0;
+  int first = 0;
 #if defined(__SSSE3__)
-/// As below, of the first 16 edges.
-TOUCHSTONE_INLINE unsigned edges_without_common(const HullTopology& hull, __m128i of_face) {
+  const __m128i of_face =
+      _mm_set_epi64x(static_cast<long long>(of_faces[1]), static_cast<long long>(of_faces[0]));
   const auto beside = [&](int side) {
     return _mm_shuffle_epi8(of_face, _mm_loadu_si128((const __m128i*)hull.edge_faces[side]));
   };
   const __m128i common = _mm_and_si128(beside(0), beside(1));
-  const auto none = static_cast<unsigned>(_mm_movemask_epi8(_mm_cmpeq_epi8(common, _mm_setzero_si128())));
-  return none & ((1u << hull.edge_count) - 1);
-}
-#endif
-
-/// Bit e: no bit is set in the numbers of both faces beside edge e.
-TOUCHSTONE_INLINE unsigned edges_without_common(const HullTopology& hull, const std::uint8_t (&of_face)[16]) {
-  unsigned out = 0;
-  int first = 0;
-#if defined(__SSSE3__)
-  out = edges_without_common(hull, _mm_loadu_si128((const __m128i*)of_face));
+  out = static_cast<unsigned>(_mm_movemask_epi8(_mm_cmpeq_epi8(common, _mm_setzero_si128())));
+  if (hull.edge_count <= 16) return out & ((1u << hull.edge_count) - 1);
   first = 16;
 #endif
-  for (int e = first; e < hull.edge_count; ++e) {
-    const unsigned numbers_of_both = of_face[hull.edge_faces[0][e]] & of_face[hull.edge_faces[1][e]];
-    if (numbers_of_both == 0) out |= 1u << e;
-  }
+  const auto number = [&of_faces](int face) { return of_faces[face / 8] >> (8 * (face % 8)) & 0xff; };
+  for (int e = first; e < hull.edge_count; ++e)
+    if ((number(hull.edge_faces[0][e]) & number(hull.edge_faces[1][e])) == 0) out |= 1u << e;
   return out;
 }
 
@@ -69,13 +64,13 @@ template <class Pack>
 TOUCHSTONE_INLINE unsigned edges_in_question(const PosedHull& hull, int face_count, const FaceDepths& other,
                                              double depth, const Magnitudes& size) {
   const double most = (depth > 0.0 ? depth : 0.0) + size.rounding(kPruneRoundoffs);
-  std::uint8_t deep[PosedHull::kMostFaces] = {};  // by face, bit v: vertex v of the other
+  std::uint64_t deep[2] = {};  // a byte a face, bit v: vertex v of the other
   for (int f = 0; f < face_count; ++f) {
     const Pack highest = all<Pack>(hull.height[f] - most);
     unsigned vertices = 0;
     for (int v = 0; v < 8; v += Traits<Pack>::lanes)
       vertices |= bits(load<Pack>(other.along[f] + v) < highest) << v;
-    deep[f] = static_cast<std::uint8_t>(vertices);
+    deep[f / 8] |= std::uint64_t{vertices} << (8 * (f % 8));
   }
   return edges_without_common(*hull.hull, deep);
 }

@@ -7,7 +7,7 @@
 #include "touchstone/contact_core/native/simd/distance_kernels.hpp"
 #include "touchstone/contact_core/native/simd/flush_frame.hpp"
 #include "touchstone/contact_core/native/simd/hull_clip_lanes.hpp"
-#include "touchstone/contact_core/native/simd/hull_depth_lanes.hpp"
+#include "touchstone/contact_core/native/simd/hull_depth_batch.hpp"
 #include "touchstone/contact_core/native/simd/hull_distance_kernels.hpp"
 #include "touchstone/contact_core/native/simd/hull_kernels.hpp"
 #include "touchstone/contact_core/native/simd/manifold_kernels.hpp"

@@ -6,6 +6,8 @@
 #include <functional>
 #include <numeric>
 
+#include "touchstone/contact_core/native/solids/pair_batch.hpp"
+#include "touchstone/contact_core/native/solids/solid_set.hpp"
 #include "touchstone/examples/measures/common/random.hpp"
 #include "touchstone/tests/benchmarks/pairs/cost_table_families.hpp"
 
@@ -113,6 +115,37 @@ std::vector<PairStatus> classes(const BackendRegistry& registry, const std::stri
   return status;
 }
 
+/// Adds up a number of each cache line.
+template <class Record>
+double sum_of_lines(const Record& record) {
+  const auto* const numbers = reinterpret_cast<const double*>(&record);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < sizeof(Record) / sizeof(double); i += 64 / sizeof(double)) sum += numbers[i];
+  return sum;
+}
+
+double time_reading(const Workload& work, int rounds) {
+  const native::SolidSet set = native::make_solid_set(work.set.solids);
+  volatile double total = 0.0;
+  const auto run = [&](std::span<const SolidPair> pairs) {
+    constexpr std::size_t kSolidsAhead = 16, kAhead = 8;
+    double sum = 0.0;
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      if (i + kSolidsAhead < pairs.size())
+        for (const SolidIndex solid : {pairs[i + kSolidsAhead].a, pairs[i + kSolidsAhead].b})
+          native::prefetch(set.solids[solid]), native::prefetch(work.set.poses[solid]);
+      if (i + kAhead < pairs.size())
+        for (const SolidIndex solid : {pairs[i + kAhead].a, pairs[i + kAhead].b})
+          native::prefetch(set.vertices[solid]), native::prefetch(*set.solids[solid].plain);
+      for (const SolidIndex solid : {pairs[i].a, pairs[i].b})
+        sum += (sum_of_lines(work.set.poses[solid]) + sum_of_lines(set.vertices[solid])) +
+               sum_of_lines(set.solids[solid].plain->normals);
+    }
+    total = total + sum;
+  };
+  return time_pairs(work.set.pairs, kBatch, rounds, run).mean;
+}
+
 bool has_narrowphase(const BackendRegistry& registry, std::string_view name) {
   return std::any_of(registry.narrowphases().begin(), registry.narrowphases().end(),
                      [&](const auto& entry) { return entry.name == name; });
@@ -141,6 +174,12 @@ RowCosts measure_row(const BackendRegistry& registry, const CostRow& row) {
   out.cold = time(registry, row, cold, kColdRounds);
   out.wrong = count_wrong(registry, row, hot);
   return out;
+}
+
+ReadingCosts measure_reading(std::string_view family) {
+  Workload hot(family, kHotPairs), cold(family, kColdPairs);
+  hot.shuffle(), cold.shuffle();
+  return {time_reading(hot, kHotRounds), time_reading(cold, kColdRounds)};
 }
 
 std::vector<std::string> raw_peers(const BackendRegistry& registry, QueryKind kind) {

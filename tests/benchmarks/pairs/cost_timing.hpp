@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "touchstone/contact_core/registry.hpp"
@@ -37,6 +38,13 @@ struct RowCosts {
 };
 
 RowCosts measure_row(const BackendRegistry& registry, const CostRow& row);
+
+/// What reading alone takes of a pair's time, without any arithmetic: one number of each cache line of the
+/// poses, and of what native keeps of vertices and normals of general hexahedra, fetched ahead, in batches.
+struct ReadingCosts {
+  double hot, cold;  ///< of the pairs of RowCosts [ns]
+};
+ReadingCosts measure_reading(std::string_view family);
 
 /// The names of backends that answer the query in raw calls: other libraries' checks.
 std::vector<std::string> raw_peers(const BackendRegistry& registry, QueryKind kind);
