@@ -131,7 +131,7 @@ double take_piece(Clock& clock, bool all, StepContext& step, WorldParts& world) 
   refresh(movers, group);
   group.joint_speed = refresh_joints(group.members, movers);
   factor_masses(group.members, movers);
-  if (needs_impact(group, movers, step.settings)) {
+  if (needs_impact(group, movers, step)) {
     impact(group, step, movers, rows, world.solver);
     if (has_brakes(group.members, movers)) clock.probe = std::min(clock.probe, kProbe * left);
     all = all || step.is_work_over();
