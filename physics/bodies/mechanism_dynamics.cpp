@@ -117,7 +117,7 @@ MechanismDynamics::MechanismDynamics(const Mechanism& mechanism, std::span<const
     inertias.push_back(links.empty() ? inertia_of(mechanism.links()[i].mass, link) : links[i]);
     validate(inertias.back(), Thinness::thin, link);
   }
-  rotors_.assign(mechanism.value_count(), 0.0);
+  for (auto* vector : {&rotors_, &moved_masses_}) vector->assign(mechanism.value_count(), 0.0);
   gather_bodies();
   set_links(inertias);
   require_inertia();
@@ -149,6 +149,12 @@ void MechanismDynamics::set_links(std::span<const BodyInertia> links) noexcept {
     BodyInertia& body = bodies_[body_of_[link]].inertia;
     body = combined(body, transform(X_BL_[link], links[link]));
   }
+  for (double& mass : moved_masses_) mass = 0.0;
+  for (const Body& body : bodies_)
+    for (const Body* outer = &body;; outer = &bodies_[outer->inner]) {
+      moved_masses_[outer->value] += body.inertia.mass;
+      if (outer->inner == kBase) break;
+    }
 }
 
 void MechanismDynamics::set_rotors(std::span<const double> inertias) {

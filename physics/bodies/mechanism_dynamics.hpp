@@ -66,6 +66,9 @@ class MechanismDynamics {
   void set_rotors(std::span<const double> inertias);
   std::span<const double> rotors() const { return rotors_; }
 
+  /// Masses that move with the joints, by joint value [kg]: of the links outwards of each.
+  std::span<const double> moved_masses() const { return moved_masses_; }
+
   const Mechanism& mechanism() const { return *mechanism_; }
   std::uint32_t size() const { return mechanism_->value_count(); }
   Workspace make_workspace() const;
@@ -141,6 +144,7 @@ class MechanismDynamics {
 
   const Mechanism* mechanism_;
   std::vector<double> rotors_;          // by joint value
+  std::vector<double> moved_masses_;    // by joint value
   std::vector<Body> bodies_;            // inner ones first
   std::vector<std::uint32_t> body_of_;  // by link
   std::vector<Pose> X_BL_;              // by link, in its body's frame

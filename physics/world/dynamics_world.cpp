@@ -227,7 +227,7 @@ std::uint32_t DynamicsWorld::add_mechanism(const MechanismDynamics& dynamics, co
   // Its memory is sized by the number of joints.
   for (auto* vector :
        {&arm.torque, &arm.start_torque, &arm.tau, &arm.change, &arm.kept_q, &arm.kept_qd, &arm.start_q,
-        &arm.start_qd, &arm.flown_q, &arm.flown_qd, &arm.kept_torque, &arm.push, &arm.turned})
+        &arm.start_qd, &arm.flown_q, &arm.flown_qd, &arm.kept_torque, &arm.push, &arm.turned, &arm.reach})
     vector->assign(n, 0.0);
   for (auto* vector : {&arm.last_torque, &arm.kept_last_torque}) vector->assign(stepping::kTorques * n, 0.0);
   arm.losses.resize(n);

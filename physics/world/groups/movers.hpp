@@ -47,6 +47,8 @@ struct Arm {
   std::vector<double> last_torque;  // by Torque, then joint value
   std::vector<double> change;       // of the rates, by the rows' impulses
   std::vector<double> M;            // the mass matrix, factored
+  std::vector<double> reach;        // by joint value, with M: radius of gyration about the axis [m]; 1 or a
+                                    // little more of one that shifts
   std::vector<double> kept_q, kept_qd, start_q, start_qd, flown_q, flown_qd;  // as Body's states
   std::vector<double> kept_torque, kept_last_torque;
   std::vector<double> push, turned;  // torques; scratch

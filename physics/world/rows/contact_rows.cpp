@@ -15,6 +15,10 @@ namespace {
 
 // A step's work for a point that is flown to, and whose rows are gathered.
 constexpr double kPointWork = 500.0;
+// Of the radius of gyration of what a joint moves: contacts with a shorter lever about its axis do not turn
+// it. Such levers are rounding, or less than places of contact points are known to; what is driven against
+// the axis would turn the joint by the inverse of it.
+constexpr double kLeastLever = 0x1p-28;
 
 /// A spring and a damper: see Gathering::make_linear().
 struct LinearForce {
@@ -128,6 +132,8 @@ Vector3 Gathering::add_side(const Mover& mover, const GroupPoint& point, const V
       const std::span<double> J = std::span(J_all).subspan(side.first + r * n, n),
                               Y = std::span(Y_all).subspan(side.first + r * n, n);
       arm.dynamics->point_jacobian(mover.link, point.p_W, side.sign * directions[r], J, arm.placed);
+      for (std::size_t k = 0; k < n; ++k)
+        if (std::abs(J[k]) <= kLeastLever * arm.reach[k]) J[k] = 0.0;
       std::copy(J.begin(), J.end(), Y.begin());
       solve_cholesky(arm.M, Y);
     }
@@ -494,6 +500,10 @@ void factor_masses(const Group& group, Movers& movers) {
   for (const std::uint32_t m : group.mechanisms) {
     Arm& arm = movers.arms[m];
     arm.dynamics->mass_matrix(arm.M, arm.placed);
+    const std::size_t n = arm.q.size();
+    const std::span<const double> masses = arm.dynamics->moved_masses();
+    for (std::size_t k = 0; k < n; ++k)
+      arm.reach[k] = masses[k] > 0.0 ? std::sqrt(arm.M[k * n + k] / masses[k]) : 0.0;
     factor_cholesky(arm.M, arm.q.size());
   }
 }

@@ -206,6 +206,8 @@ TEST(MechanismDynamics, MassMatrixOfTheTwoJointArmIsTheClosedForm) {
   EXPECT_NEAR(M[1], 583.0 + 1.0 / 3.0, 1e-12);
   EXPECT_EQ(M[1], M[2]);
   EXPECT_NEAR(M[3], 583.0 + 1.0 / 3.0, 1e-12);
+  EXPECT_EQ(dynamics.moved_masses()[0], 140.0);
+  EXPECT_EQ(dynamics.moved_masses()[1], 70.0);
 }
 
 TEST(MechanismDynamics, BadInertiasAreRefusedByName) {

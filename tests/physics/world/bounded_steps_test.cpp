@@ -110,6 +110,46 @@ TEST(BoundedSteps, ALinkBetweenJawsYieldsAlikeWhicheverWayItsHingeStands) {
   }
 }
 
+TEST(BoundedSteps, WhatIsDrivenAgainstAHingesAxisDoesNotTurnIt) {
+  // Along the inner link, through both hinges, the inner one braked or free. An offset that the contact's
+  // place is not known to turned the outer link by the speed over it: up to 1e17 rad/s, by 1e34 N.
+  constexpr double kSpeed = 0.05;  // by the links' lengths [1/s]
+  for (const double length : {1e-3, 1.0, 1e3}) {
+    const BodyInertia inertia = box_inertia(2.0, {length, 0.1 * length, 0.1 * length});
+    const Arm arm{Mechanism(planar_arm(std::array{length, length})), {{}, inertia, inertia}};
+    const MechanismDynamics dynamics(arm.mechanism, arm.links);
+    for (const double offset : {0.0, 1e-18, 1e-16, 1e-14, 1e-12, 1e-9})
+      for (const double before : {0.0, 1e-17, 0.05})
+        for (const int run : {0, 1, 2, 3}) {
+          Pose X_WB;
+          X_WB.R = rotation_about(Vector3(0.6, 0, 0.8), run < 2 ? 0.3 : 1.1);
+          if (run % 2 == 1) X_WB.p = length * Vector3(1370, -1130, 5100);
+          DynamicsWorld world({});
+          const auto mechanism =
+              world.add_mechanism(dynamics, X_WB, std::array{0.3, 0.7}, std::array{0.0, 0.0});
+          JointDrive brake;
+          brake.mode = JointDrive::Mode::brake;
+          brake.limit = kInfinity;
+          if (run < 2) world.set_drive(mechanism, 0, brake);
+          const Vector3 along_B(std::cos(0.3), std::sin(0.3), 0), across_B(-std::sin(0.3), std::cos(0.3), 0);
+          Contact contact;
+          contact.n_AB_W = rotate(X_WB.R, along_B);
+          contact.a =
+              Mover::of_body(world.add_kinematic(X_WB, kSpeed * length * contact.n_AB_W, Vector3::Zero()));
+          contact.b = Mover::of_link(mechanism, 2);
+          contact.p_A_W = contact.p_B_W =
+              transform(X_WB, Vector3(length * ((1.0 - before) * along_B + offset * across_B)));
+          contact.friction = run % 2 == 0 ? 0.0 : 0.5;
+          contact.key = 1;
+          for (int i = 0; i < 3; ++i)
+            ASSERT_EQ(world.step(1e-3, std::span(&contact, 1)).failure, StepFailure::none);
+          for (const double rate : world.joint_rates(mechanism))
+            EXPECT_LT(std::abs(rate), 1.01 * kSpeed)
+                << length << ' ' << offset << ' ' << before << ' ' << run;
+        }
+  }
+}
+
 TEST(BoundedSteps, AHeavyLoadRidesOnALightOneThatIsLifted) {
   // A kinematic body is no contradiction by itself, however hard it is pressed.
   for (const double mass : {150.0, 1e3, 1e4}) {
