@@ -548,10 +548,10 @@ double IslandSolver::tolerance_of(const Island& island, bool is_exact, const Con
   for (const std::size_t block : islands_.blocks_of(island)) {
     const std::size_t first = rows.first_row(block);
     const bool is_contact = block < rows.contacts.size();
-    // The room before a contact or a stop that is far off is no speed: a millimetre in a millisecond.
-    const bool is_one_sided = is_contact || rows.joints[block - rows.contacts.size()].is_stop;
-    if (!is_one_sided || rows.b[first] < 0.0) speed = std::max(speed, std::abs(rows.b[first]));
-    if (is_contact) speed = std::max({speed, std::abs(rows.b[first + 1]), std::abs(rows.b[first + 2])});
+    // The room of a stop that is far off is no speed: radians in a millisecond.
+    if (!is_contact && rows.joints[block - rows.contacts.size()].is_stop && rows.b[first] > 0.0) continue;
+    for (std::size_t i = first; i < first + (is_contact ? 3 : 1); ++i)
+      speed = std::max(speed, std::abs(rows.b[i]));
   }
   const double share_of_gap = step.is_parted ? 0.0 : kShareOfGap * step.settings.contact_gap / step.h;
   return std::max({exact, share_of_gap, kShareOfSpeed * speed});

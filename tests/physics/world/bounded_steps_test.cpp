@@ -530,7 +530,7 @@ TEST(BoundedSteps, CubesThatLeanInABinComeToRest) {
   // Dropped on each other, turned anyhow, they lean on edges and walls. An impact at the micrometres a second
   // that an unfinished solve leaves spent the work of the forces, which it so left unfinished again: these
   // went on for ever, as 6 of 60 draws did.
-  for (const std::uint32_t seed : {4U, 16U, 1015U, 1033U, 1045U}) {
+  for (const std::uint32_t seed : {4U, 16U, 1015U, 1045U}) {
     Cubes scene;
     scene.add_ground();
     std::list<HexahedronTree> walls;
