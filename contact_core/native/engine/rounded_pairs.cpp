@@ -56,6 +56,32 @@ double distance_between(const Vector3& p, const Vector3& q, Vector3& n) {
   return std::scalbn(length, largest < 0x1p900 ? exponent : exponent + 1);
 }
 
+/// Limits between which their squares, and those of lengths that exceed them, are ordinary [m].
+constexpr double kLeastSquared = 1e-100, kMostSquared = 1e100;
+
+/// Whether two boxes' hulls are further apart than this along one of the fifteen axes on which boxes part. On
+/// any axis the gap is at most the distance, and off by some roundings of the axis' length times the pair's
+/// scale: with a slack in the limit that is far above these, a yes is certain.
+bool are_apart_by(double limit, const Vector3& half_A, const Pose& X_WA, const Vector3& half_B,
+                  const Pose& X_WB) {
+  if (!(limit >= kLeastSquared && limit <= kMostSquared)) return false;
+  const Vector3 p_AB_W = X_WB.p - X_WA.p;
+  const auto reach = [](const Vector3& n, const Vector3& half, const Matrix3& R) {
+    return std::abs(dot(n, R.col(0))) * half.x() + std::abs(dot(n, R.col(1))) * half.y() +
+           std::abs(dot(n, R.col(2))) * half.z();
+  };
+  const auto parts = [&](const Vector3& n) {
+    const double gap = std::abs(dot(n, p_AB_W)) - reach(n, half_A, X_WA.R) - reach(n, half_B, X_WB.R);
+    return gap > 0.0 && gap <= kMostSquared && gap * gap > limit * limit * dot(n, n);
+  };
+  for (int i = 0; i < 3; ++i)
+    if (parts(X_WA.R.col(i)) || parts(X_WB.R.col(i))) return true;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      if (parts(cross(X_WA.R.col(i), X_WB.R.col(j)))) return true;
+  return false;
+}
+
 class RoundedPair {
  public:
   RoundedPair(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
@@ -69,6 +95,15 @@ class RoundedPair {
         sum_(a_.radius + b_.radius),
         slack_(kSurely * (scale_of(set, a_, X_WA()) + scale_of(set, b_, X_WB())) +
                std::numeric_limits<double>::min()) {}
+
+  /// Whether they meet, of two boxes whose cores are apart.
+  PairStatus run_apart() {
+    PairGeometry geometry;
+    return are_apart_by(sum_ + slack_, half_extents(set_.boxes[pair_.a]), X_WA(),
+                        half_extents(set_.boxes[pair_.b]), X_WB())
+               ? PairStatus::separated
+               : run(geometry, nullptr);
+  }
 
   PairStatus run(PairGeometry& geometry, ContactPoint* points) {
     const bool overlap_only = input_.query.kind == QueryKind::overlap;
@@ -168,12 +203,19 @@ bool is_rounded(const SolidSet& set, const SolidPair& pair) {
   return set.radii[pair.a] > 0.0 || set.radii[pair.b] > 0.0;
 }
 
+/// Whether cores are asked in lanes, with pairs without a radius, for whether they meet: of two boxes,
+/// neither of them flat.
+bool has_solid_box_cores(const SolidSet& set, const SolidPair& pair) {
+  return set.kinds[pair.a] == SolidKind::box && set.kinds[pair.b] == SolidKind::box &&
+         !solid_of(set, pair.a).is_flat && !solid_of(set, pair.b).is_flat;
+}
+
 template <class Slot>
 std::span<Slot> part(std::span<Slot> slots, std::size_t first, std::size_t count) {
   return slots.empty() ? slots : slots.subspan(first, count);
 }
 
-/// Pairs without a radius, side by side in the batch.
+/// Pairs side by side in the batch: without a radius, or by their cores.
 void evaluate_run(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
                   const NarrowphaseOutput& output, std::size_t first, std::size_t count) {
   const auto slots = static_cast<std::size_t>(std::clamp(input.query.max_points, 1, kMaxManifoldPoints));
@@ -191,11 +233,21 @@ void evaluate_rounded(const SolidSet& set, const Kernels& kernels, const Narrowp
                       const NarrowphaseOutput& output) {
   const auto slots = static_cast<std::size_t>(std::clamp(input.query.max_points, 1, kMaxManifoldPoints));
   const bool overlap_only = input.query.kind == QueryKind::overlap;
+  const auto is_in_run = [&](const SolidPair& pair) {
+    return !is_rounded(set, pair) || (overlap_only && has_solid_box_cores(set, pair));
+  };
   for (std::size_t i = 0; i < input.pairs.size();) {
+    // Those that go in lanes; boxes whose cores are apart may meet by their radii.
     std::size_t end = i;
-    while (end < input.pairs.size() && !is_rounded(set, input.pairs[end])) ++end;
+    bool has_rounded = false;
+    for (; end < input.pairs.size() && is_in_run(input.pairs[end]); ++end)
+      has_rounded = has_rounded || (overlap_only && is_rounded(set, input.pairs[end]));
     if (end > i) evaluate_run(set, kernels, input, output, i, end - i);
+    for (std::size_t k = has_rounded ? i : end; k < end; ++k)
+      if (output.status[k] == PairStatus::separated && is_rounded(set, input.pairs[k]))
+        output.status[k] = RoundedPair(set, kernels, input.pairs[k], input).run_apart();
     if (end == input.pairs.size()) return;
+    // All others one by one.
     i = end + 1;
     const SolidPair& pair = input.pairs[end];
     PairGeometry unused;
