@@ -1,6 +1,9 @@
 #include "touchstone/examples/dynamics_run/robot_scene.hpp"
 
 #include <algorithm>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "touchstone/adapters/robots/simplify.hpp"
 #include "touchstone/contact_core/input_error.hpp"
@@ -12,6 +15,29 @@ namespace touchstone::dynamics {
 namespace {
 
 constexpr double kDensity = 1000.0;  // [kg/m3]
+constexpr double kUnseen = 0.01;     // side of what stands for a link without hexahedra [m]
+
+/// Links that joints move and that have no hexahedra, as of a steering hinge: each gets a cube, which meets
+/// nothing. Returns their names.
+std::vector<std::string> add_unseen(MechanismDescription& robot) {
+  std::vector<std::string> unseen;
+  for (LinkDescription& link : robot.links) {
+    const bool is_moved =
+        std::any_of(robot.joints.begin(), robot.joints.end(), [&](const JointDescription& joint) {
+          return joint.child == link.name && joint.kind != JointKind::fixed;
+        });
+    if (!is_moved || !link.solids.empty()) continue;
+    const Pose X_LS{Matrix3::Identity(), link.mass.mass > 0.0 ? link.mass.centre_L : Vector3::Zero()};
+    link.solids.push_back({"unseen", Hexahedron::from_size({kUnseen, kUnseen, kUnseen}), X_LS});
+    unseen.push_back(link.name);
+  }
+  return unseen;
+}
+
+void exempt_from_all(const std::string& object, Scene& scene) {
+  for (const SceneObject& other : scene.objects)
+    if (other.tree.name() != object) scene.exempt_pairs.push_back({object, other.tree.name()});
+}
 
 MechanismDescription with_masses(MechanismDescription robot) {
   for (LinkDescription& link : robot.links) {
@@ -52,7 +78,9 @@ void add_floor(const Size& size, physics::DynamicScene& out) {
 }  // namespace
 
 physics::DynamicScene robot_scene(const MechanismDescription& description) {
-  const Mechanism robot(with_masses(without_fixed_joints(description)));
+  MechanismDescription joined = without_fixed_joints(description);
+  const std::vector<std::string> unseen = add_unseen(joined);
+  const Mechanism robot(with_masses(std::move(joined)));
   if (robot.value_count() == 0) throw InputError("robot '" + robot.name() + "': no joint moves");
   const std::vector<double> q = robot_files::start_values(robot);
   physics::DynamicScene out;
@@ -65,6 +93,7 @@ physics::DynamicScene robot_scene(const MechanismDescription& description) {
   out.gravity_W = {0.0, 0.0, -9.81};
   add_floor(size_of(robot, q), out);
   physics::add_arm(out, robot, robot.name(), {}, q, {});
+  for (const std::string& link : unseen) exempt_from_all(robot.name() + "." + link, out.scene);
   for (physics::SceneJoint& joint : out.mechanisms[0].joints) joint.drive = {};
   physics::validate(out);
   return out;

@@ -57,6 +57,30 @@ TEST_F(DynamicsRun, ARobotWithMeshesFalls) {
   EXPECT_LT(scene["runs"][0]["energy_made_j"].get<double>(), 1e-9);
   EXPECT_GT(scene["runs"][0]["energy_lost_j"].get<double>(), 1.0);
 }
+
+// As of a steering hinge, which has an inertia and no shape: the arm beyond it falls all the same.
+TEST_F(DynamicsRun, ARobotFallsOnALinkWithoutHexahedra) {
+  const auto link = [](const std::string& name, const std::string& shape) {
+    return "<link name='" + name +
+           "'><inertial><origin xyz='0.1 0 0'/><mass value='1'/><inertia ixx='0.01' ixy='0' ixz='0' "
+           "iyy='0.01' "
+           "iyz='0' izz='0.01'/></inertial>" +
+           shape + "</link>";
+  };
+  const auto joint = [](const std::string& name, const std::string& parent, const std::string& child) {
+    return "<joint name='" + name + "' type='continuous'><parent link='" + parent + "'/><child link='" +
+           child + "'/><origin xyz='0.2 0 0'/><axis xyz='0 1 0'/></joint>";
+  };
+  const std::string box = "<collision><geometry><box size='0.2 0.1 0.1'/></geometry></collision>";
+  const std::filesystem::path file =
+      write("hinge.urdf", "<robot name='hinge'>" + link("base", box) + link("hinge", "") + link("boom", box) +
+                              joint("steer", "base", "hinge") + joint("turn", "hinge", "boom") + "</robot>");
+  const Outcome outcome =
+      run("--robot " + file.string() + " --backend native --reference native" + to_report());
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const json scene = json::parse(read(report() / "results.json"))["scenes"][0];
+  EXPECT_LT(scene["runs"][0]["energy_made_j"].get<double>(), 1e-9);
+}
 #endif
 
 TEST_F(DynamicsRun, WritesResultsSeriesContactsAndPlots) {
