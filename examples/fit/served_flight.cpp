@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <utility>
 
 #include "touchstone/contact_core/broadphase/register_broadphases.hpp"
 #include "touchstone/contact_core/geometry/constants.hpp"
@@ -9,11 +11,13 @@
 #include "touchstone/contact_core/threads/processor_time.hpp"
 #include "touchstone/contact_core/world/scene_world.hpp"
 #include "touchstone/examples/fit/serves.hpp"
+#include "touchstone/examples/fit/surface_tree.hpp"
 
 namespace touchstone::fitting {
 namespace {
 
-constexpr int kFlights = 3;  // of which each frame's time is the least
+constexpr int kFlights = 3;        // of which each frame's time is the least
+constexpr double kSkin = 0x1p-10;  // of the tolerance: how thick a mesh's triangles are flown
 
 std::size_t index_of(const Scene& scene, const ServedMesh& mesh) {
   const std::size_t target = find_object(scene, mesh.object);
@@ -145,13 +149,20 @@ class Follower {
   double reach_ = 0.0;
 };
 
-Scene with_covers(const ServesRequest& request, std::span<const Fit* const> covers,
-                  const std::vector<std::size_t>& targets) {
+std::vector<HexahedronTree> trees_of(const ServesRequest& request, std::span<const Fit* const> covers) {
+  std::vector<HexahedronTree> trees;
+  for (std::size_t m = 0; m < covers.size(); ++m)
+    trees.push_back(make_tree(*covers[m], request.meshes[m].object));
+  return trees;
+}
+
+Scene with_trees(const ServesRequest& request, std::vector<HexahedronTree> trees,
+                 const std::vector<std::size_t>& targets) {
   Scene scene = request.scene;
   for (std::size_t m = 0; m < targets.size(); ++m) {
     SceneObject& object = scene.objects[targets[m]];
-    object.tree = make_tree(*covers[m], request.meshes[m].object);
-    object.levels.clear();  // they hold the scene's hexahedra, not the cover's
+    object.tree = std::move(trees[m]);
+    object.levels.clear();  // they hold the scene's hexahedra, not these
   }
   return scene;
 }
@@ -262,31 +273,101 @@ std::vector<double> frame_times(const ServesRequest& request, const Scene& scene
   return least;
 }
 
-/// Contacts and clearances of meshes that the world reported in a frame.
-void note(const FrameReport& report, SceneWorld& flown, const std::vector<std::size_t>& targets,
-          ServedFlight& flight) {
-  const auto index_of = [&](ObjectHandle object) {
+/// Tells contacts and clearances of meshes from the events of frames. However many hexahedra of two objects
+/// touch, it is one contact: flush faces and slides from one to the next are none of their own.
+class ContactTeller {
+ public:
+  explicit ContactTeller(const std::vector<std::size_t>& targets) : targets_(targets) {}
+
+  void note(const FrameReport& report, SceneWorld& flown, ServedFlight& flight) {
+    for (const ContactEvent& event : report.events) {
+      // Of events with meshes, contacts and clearances count.
+      const auto [a, b] = std::minmax({index_of(flown, event.a), index_of(flown, event.b)});
+      if (std::none_of(targets_.begin(), targets_.end(),
+                       [a = a, b = b](std::size_t t) { return t == a || t == b; }))
+        continue;
+      pairs_[{a, b}].add(event);
+      if (event.kind == EventKind::began && !flight.first_contact)
+        flight.first_contact = flown.time_of(event);
+      flight.least_clearance = std::min(flight.least_clearance, event.geometry.separation);
+    }
+    for (auto& [pair, told] : pairs_) tell(pair, told, flown, flight);
+  }
+
+ private:
+  struct Told {
+    int open = 0;  ///< solids in contact
+    bool was_stopped = false;
+    std::optional<ContactEvent> began = {}, stopped = {}, ended = {};  ///< of the frame: first, first, last
+    int more = 0;
+
+    void add(const ContactEvent& event) {
+      const auto is_first = [&](const std::optional<ContactEvent>& first) {
+        return !first || std::pair(event.part, event.s) < std::pair(first->part, first->s);
+      };
+      if (event.kind == EventKind::began && (++more, is_first(began))) began = event;
+      if (event.kind == EventKind::blocked && is_first(stopped)) stopped = event;
+      if (event.kind == EventKind::ended && (--more, !is_first(ended) || !ended)) ended = event;
+    }
+  };
+  using Pair = std::pair<std::size_t, std::size_t>;
+
+  static std::size_t index_of(SceneWorld& flown, ObjectHandle object) {
     for (std::size_t i = 0; i < flown.scene().objects.size(); ++i)
       if (flown.object(i) == object) return i;
     return kNoObject;
-  };
-  for (const ContactEvent& event : report.events) {
-    // Of events with meshes, contacts and clearances count.
-    const auto [a, b] = std::minmax({index_of(event.a), index_of(event.b)});
-    if (std::none_of(targets.begin(), targets.end(),
-                     [a = a, b = b](std::size_t t) { return t == a || t == b; }))
-      continue;
-    const double time = flown.time_of(event);
-    const bool began = event.kind == EventKind::began;
-    if (began && !flight.first_contact) flight.first_contact = time;
-    if (began || event.kind == EventKind::ended) {
+  }
+
+  static void tell(const Pair& pair, Told& told, SceneWorld& flown, ServedFlight& flight) {
+    const auto say = [&](const ContactEvent& event) {
       const auto at = [&](std::size_t object) {
         return flown.world().executed_pose(flown.object(object), event.part, event.s).p;
       };
-      flight.contacts.push_back({a, b, began, time, at(a), at(b)});
-    }
-    flight.least_clearance = std::min(flight.least_clearance, event.geometry.separation);
+      return ToldContact{pair.first,           pair.second,    event.kind == EventKind::began,
+                         flown.time_of(event), at(pair.first), at(pair.second)};
+    };
+    if (told.began && told.open == 0) flight.contacts.push_back(say(*told.began));
+    // A slide is stopped anew at every edge that it goes over.
+    const auto slides = [&] {
+      return flown.world().rule_of(flown.object(pair.first), flown.object(pair.second)).policy ==
+             ContactPolicy::slide;
+    };
+    if (told.stopped && !told.was_stopped && !slides()) flight.stops.push_back(say(*told.stopped));
+    told.open += told.more;
+    if (told.ended && told.open == 0) flight.contacts.push_back(say(*told.ended));
+    const bool is_stopped = told.stopped.has_value();
+    told = {told.open, is_stopped};
   }
+
+  const std::vector<std::size_t>& targets_;
+  std::map<Pair, Told> pairs_;
+};
+
+/// The scene flown once, frame by frame, and followed.
+ServedFlight follow_flight(const ServesRequest& request, const Scene& scene,
+                           const std::vector<std::size_t>& targets) {
+  const std::vector<std::size_t> movers = movers_of(request.scene);
+  SceneWorld flown(scene, make_native(), make_native_broadphase());
+  warn_within(request.margin, targets, flown);
+  ServedFlight flight;
+  flight.least_clearance = kInfinity;
+  const auto look = [&] {
+    for (const std::size_t mover : movers)
+      flight.places.push_back(flown.world().actual_pose(flown.object(mover)).p);
+  };
+  Followers followers(scene, targets);
+  ContactTeller teller(targets);
+  look();
+  followers.look(flown);
+  for (std::uint64_t k = 0; k + 1 < scene.frame_count(); ++k) {
+    const FrameReport report = flown.step();
+    flight.pairs += report.candidate_pairs;
+    teller.note(report, flown, flight);
+    look();
+    followers.follow(flown);
+  }
+  flight.seen = followers.take();
+  return flight;
 }
 
 }  // namespace
@@ -310,26 +391,9 @@ bool may_meet_each_other(const ServesRequest& request) {
 
 ServedFlight fly_scene(const ServesRequest& request, std::span<const Fit* const> covers) {
   // The scene, its meshes replaced by their covers.
-  const std::vector<std::size_t> targets = indices_of(request), movers = movers_of(request.scene);
-  const Scene scene = with_covers(request, covers, targets);
-  SceneWorld flown(scene, make_native(), make_native_broadphase());
-  warn_within(request.margin, targets, flown);
-  ServedFlight flight;
-  flight.least_clearance = kInfinity;
-  const auto look = [&] {
-    for (const std::size_t mover : movers)
-      flight.places.push_back(flown.world().actual_pose(flown.object(mover)).p);
-  };
-  // The scene is flown frame by frame, and followed.
-  Followers followers(scene, targets);
-  look();
-  followers.look(flown);
-  for (std::uint64_t k = 0; k + 1 < scene.frame_count(); ++k) {
-    note(flown.step(), flown, targets, flight);
-    look();
-    followers.follow(flown);
-  }
-  flight.seen = followers.take();
+  const std::vector<std::size_t> targets = indices_of(request);
+  const Scene scene = with_trees(request, trees_of(request, covers), targets);
+  ServedFlight flight = follow_flight(request, scene, targets);
   // Times come from flights of their own, in which nobody looks.
   std::vector<double> times = frame_times(request, scene, targets);
   if (!times.empty()) {
@@ -339,6 +403,18 @@ ServedFlight fly_scene(const ServesRequest& request, std::span<const Fit* const>
     flight.slowest_us = times.back();
   }
   return flight;
+}
+
+std::optional<ServedFlight> fly_meshes(const ServesRequest& request, std::span<const MeshDistance> meshes) {
+  std::vector<HexahedronTree> trees;
+  for (std::size_t m = 0; m < meshes.size(); ++m) {
+    std::optional<HexahedronTree> tree =
+        surface_tree(meshes[m].mesh(), kSkin * request.tolerance, request.meshes[m].object);
+    if (!tree) return std::nullopt;
+    trees.push_back(std::move(*tree));
+  }
+  const std::vector<std::size_t> targets = indices_of(request);
+  return follow_flight(request, with_trees(request, std::move(trees), targets), targets);
 }
 
 }  // namespace touchstone::fitting

@@ -23,10 +23,29 @@ constexpr std::array<double, 2> kCoarser = {256.0, 1024.0};  // tried beside kFi
 constexpr std::array<double, 2> kFiner = {16.0, 4.0};  // tried where none of these is, while there are fewer
 constexpr double kCoarsest = 0.25;                     // of the diagonal, of any cover
 constexpr int kMostZones = 4;                          // each from a flight that left those before
+constexpr int kMostFiner = 2;                          // by 4 each, than the tolerance, for stops' sake
+constexpr int kMostTighter = 2;        // zones, each from a flight that needs less than before
+constexpr double kWorthTighter = 0.9;  // of the zones' volume before
+constexpr double kMostPairs = 1.1;     // times those of the cover whose flight has the fewest
 
 using Clock = std::chrono::steady_clock;
 
 struct TimeIsUp {};
+
+bool stops_as_meshes(const ServesRow& row, double tolerance) {
+  return !row.from_meshes || (row.from_meshes->are_alike && row.from_meshes->stops <= tolerance);
+}
+
+/// Of two that are held, and both serve or none; see ServesResult::best.
+bool is_better(const ServesRow& row, const ServesRow& than) {
+  if (row.is_uniform != than.is_uniform) return than.is_uniform;  // stands beside what is found
+  if (row.serves) return row.hexahedra < than.hexahedra;
+  if (row.is_right != than.is_right) return row.is_right;
+  if (!row.is_right) return row.in_zones < than.in_zones;
+  // Both are right, and stop things elsewhere than the meshes.
+  if (row.from_meshes->are_alike != than.from_meshes->are_alike) return row.from_meshes->are_alike;
+  return row.from_meshes->stops < than.from_meshes->stops;
+}
 
 class Search {
  public:
@@ -46,12 +65,17 @@ class Search {
       scales_.push_back(read.metres_per_unit);
       solids_.emplace_back(weld(read.mesh));
     }
-    tolerance_ = may_meet_each_other(request) ? 0.5 * request.tolerance : request.tolerance;
+    aim_ = tolerance_ = may_meet_each_other(request) ? 0.5 * request.tolerance : request.tolerance;
   }
 
   ServesResult run() {
+    progress_.step("the flight of the meshes themselves");
+    own_ = fly_meshes(request_, solids_);
+    result_.has_meshes = own_.has_value();
     try {
       approach();
+      stop_as_meshes();
+      tighten(kFirst);
       look_elsewhere();
       if (request_.with_uniform) add_if_fitted(tolerance_, tolerance_, true);
     } catch (const TimeIsUp&) {
@@ -66,27 +90,62 @@ class Search {
   void approach() {
     add(kFirst * tolerance_, kFirst * tolerance_, false);
     for (const double times : kBetween) add_if_fitted(times * tolerance_, kFirst * tolerance_, false);
-    for (int i = 0; i < kMostZones; ++i)
-      if (!add_if_fitted(tolerance_, kFirst * tolerance_, false) || result_.rows.back().is_held) return;
+    add_until_held(tolerance_);
+  }
+
+  // What meets a mesh at a slant is stopped earlier by more than the error, which is then made smaller.
+  void stop_as_meshes() {
+    for (int i = 0; i < kMostFiner && result_.rows.back().is_right && !result_.rows.back().serves; ++i) {
+      aim_ *= 0.25;
+      if (!add_until_held(aim_)) break;
+    }
+    if (!has_one_that_serves()) aim_ = tolerance_;
+  }
+
+  // Each flight that leaves its zones has larger ones for the next. False where a row is refused.
+  bool add_until_held(double in_zones) {
+    for (int i = 0; i < kMostZones; ++i) {
+      if (!add_if_fitted(in_zones, kFirst * tolerance_, false)) return false;
+      if (result_.rows.back().is_held) break;
+    }
+    return true;
+  }
+
+  // Zones come from a flight with larger errors: that of the cover itself may need less.
+  void tighten(double times) {
+    const auto volume = [](const std::vector<Bounds>& zones) {
+      double sum = 0.0;
+      for (const Bounds& zone : zones) sum += (zone.high - zone.low).prod();
+      return sum;
+    };
+    for (int i = 0; i < kMostTighter; ++i) {
+      const ServesRow& last = result_.rows.back();
+      if (!last.is_held || last.zones.empty()) return;
+      double before = 0.0, after = 0.0;
+      for (std::size_t m = 0; m < solids_.size(); ++m)
+        before += volume(last.zones[m]), after += volume(zones_of(m, times * tolerance_));
+      if (after > kWorthTighter * before || !add_if_fitted(aim_, times * tolerance_, false)) return;
+    }
   }
 
   // Coarser elsewhere may take fewer hexahedra, or more where it is hard to keep to the zones: then finer
   // may.
   void look_elsewhere() {
-    const auto is_better = [&](double times) {
+    const auto gains = [&](double times) {
       const std::size_t fewest = fewest_that_serve();
-      add_if_fitted(tolerance_, times * tolerance_, false);
-      return fewest_that_serve() < fewest;
+      const std::optional<std::size_t> best = best_row();
+      if (add_if_fitted(aim_, times * tolerance_, false)) tighten(times);
+      return fewest_that_serve() < fewest || best_row() != best;
     };
     bool has_better = false;
     double before = kFirst;
     for (const double times : kCoarser) {
-      if (!is_new(std::exchange(before, times) * tolerance_) || !is_better(times)) break;
+      if (!is_new(std::exchange(before, times) * tolerance_) || !gains(times)) break;
       has_better = true;
     }
     if (has_better) return;
     for (const double times : kFiner)
-      if (is_new(times * tolerance_) && !is_better(times)) break;
+      if (is_new(times * tolerance_) && !gains(times)) break;
   }
 
   // A row that is refused leaves those that stand.
@@ -109,6 +168,11 @@ class Search {
     });
   }
 
+  bool has_one_that_serves() const {
+    return std::any_of(result_.rows.begin(), result_.rows.end(),
+                       [](const ServesRow& row) { return row.serves; });
+  }
+
   std::size_t fewest_that_serve() const {
     std::size_t fewest = std::numeric_limits<std::size_t>::max();
     for (const ServesRow& row : result_.rows)
@@ -127,6 +191,10 @@ class Search {
     const double beyond = error_elsewhere(m, elsewhere);
     NearCells near = near_.try_emplace({m, beyond}, solids_[m], beyond).first->second;
     for (const SeenObject& other : last.flight.seen[m]) near.add(other, request_.margin + last.in_zones);
+    // Into an opening each flight goes further than the one before; at last as far as among the meshes.
+    if (own_ && !last.is_held)
+      for (const SeenObject& other : own_->seen[m])
+        if (!other.mesh) near.add(other, request_.margin + request_.tolerance);
     return near.boxes();
   }
 
@@ -226,21 +294,33 @@ class Search {
           row.is_held = row.is_held && are_held(boxes, other, request_.margin, row.zones[m]);
       }
     }
-    row.serves = row.is_held && row.in_zones <= request_.tolerance;
+    row.is_right = row.is_held && row.in_zones <= request_.tolerance;
+    if (own_) row.from_meshes = difference(*own_, row.flight);
+    row.serves = row.is_right && stops_as_meshes(row, request_.tolerance);
     result_.rows.push_back(std::move(row));
     if (on_row_) on_row_(result_.rows.back());
   }
 
+  std::optional<std::size_t> best_row() const {
+    // As many pairs as a row that serves may look at.
+    double most_pairs = std::numeric_limits<double>::infinity();
+    const bool one_serves = has_one_that_serves();
+    for (const ServesRow& row : result_.rows)
+      if (row.serves && !row.is_uniform)
+        most_pairs = std::min(most_pairs, kMostPairs * static_cast<double>(row.flight.pairs));
+    std::optional<std::size_t> best;
+    for (std::size_t i = 0; i < result_.rows.size(); ++i) {
+      const ServesRow& row = result_.rows[i];
+      if (!row.is_held || row.serves != one_serves) continue;
+      if (row.serves && !row.is_uniform && static_cast<double>(row.flight.pairs) > most_pairs) continue;
+      if (!best || is_better(row, result_.rows[*best])) best = i;
+    }
+    return best;
+  }
+
   void choose() {
-    const auto is_better = [](const ServesRow& row, const ServesRow& than) {
-      if (row.serves != than.serves) return row.serves;
-      return row.serves ? row.hexahedra < than.hexahedra : row.in_zones < than.in_zones;
-    };
-    for (std::size_t i = 0; i < result_.rows.size(); ++i)
-      if (result_.rows[i].is_held &&
-          (!result_.best || is_better(result_.rows[i], result_.rows[*result_.best])))
-        result_.best = i;
-    if (!result_.best || !result_.rows[*result_.best].serves || result_.is_cut) return;
+    result_.best = best_row();
+    if (!result_.best || !result_.rows[*result_.best].is_right || result_.is_cut) return;
     // Without a zone a mesh needs one hexahedron, as any does. Where errors add up, one of two meshes may
     // have all of the tolerance.
     const ServesRow& best = result_.rows[*result_.best];
@@ -258,13 +338,25 @@ class Search {
   Clock::time_point start_;
   std::vector<double> scales_;
   std::vector<MeshDistance> solids_;
-  double tolerance_;  ///< of a mesh [m]
+  double tolerance_;                 ///< of a mesh [m]
+  double aim_;                       ///< in the zones; smaller than it where stops ask for that [m]
+  std::optional<ServedFlight> own_;  ///< with the meshes themselves
   ServesResult result_;
 };
 
 std::string clearance_text(const ServesRow& row) {
   return std::isfinite(row.flight.least_clearance) ? fmt::format("{:.4g}", 1e3 * row.flight.least_clearance)
                                                    : "> margin";
+}
+
+/// From where the meshes themselves stop things.
+std::string off_text(const ServesRow& row) {
+  if (!row.from_meshes) return "?";
+  return row.from_meshes->are_alike ? fmt::format("{:.3g}", 1e3 * row.from_meshes->stops) : "other contacts";
+}
+
+double pairs_a_frame(const ServesRow& row, const ServesRequest& request) {
+  return static_cast<double>(row.flight.pairs) / static_cast<double>(request.scene.frame_count() - 1);
 }
 
 std::string zones_text(const ServesRow& row, const ServesRequest& request) {
@@ -286,7 +378,7 @@ std::string zones_text(const ServesRow& row, const ServesRequest& request) {
 }
 
 /// Whether covers that serve, which are right to the tolerance in other places, stop things where the best
-/// one does.
+/// one does; said where it is not known where the meshes do.
 std::string agreement_text(const ServesResult& result, const ServesRequest& request) {
   const ServesRow& best = result.rows[*result.best];
   std::size_t others = 0, unlike = 0;
@@ -310,23 +402,56 @@ std::string agreement_text(const ServesResult& result, const ServesRequest& requ
       others, unlike, 1e3 * stops);
 }
 
+/// Where the best one stops things beside where the meshes themselves do, and which others are refused for
+/// that.
+std::string stops_text(const ServesResult& result, const ServesRequest& request) {
+  if (!result.has_meshes)
+    return "the meshes' triangles could not be flown: where they stop things is not known\n" +
+           agreement_text(result, request);
+  const ServesRow& best = result.rows[*result.best];
+  const auto refused = std::count_if(result.rows.begin(), result.rows.end(),
+                                     [](const ServesRow& row) { return row.is_right && !row.serves; });
+  std::string text;
+  if (best.serves)
+    text = fmt::format(
+        "its contacts are those of the meshes' own triangles, and what it stops is at most {:.3g} mm off\n",
+        1e3 * best.from_meshes->stops);
+  else
+    text = fmt::format(
+        "STOPS ARE NOT SURE: no cover was found that stops things within the tolerance of where the meshes' "
+        "own triangles do; the best {}: something meets the mesh at a slant, or barely; clearances hold\n",
+        best.from_meshes->are_alike ? fmt::format("is {:.3g} mm off", 1e3 * best.from_meshes->stops)
+                                    : "has other contacts");
+  if (best.serves && refused > 0)
+    text += fmt::format("{} more are right to the tolerance, but stop things elsewhere: they do not serve\n",
+                        refused);
+  return text;
+}
+
 }  // namespace
 
 FlightDifference difference(const ServedFlight& some, const ServedFlight& other) {
   FlightDifference apart;
   for (std::size_t i = 0; i < std::min(some.places.size(), other.places.size()); ++i)
     apart.frames = std::max(apart.frames, norm(some.places[i] - other.places[i]));
-  apart.are_alike = std::equal(some.contacts.begin(), some.contacts.end(), other.contacts.begin(),
-                               other.contacts.end(), [](const ToldContact& a, const ToldContact& b) {
-                                 return a.a == b.a && a.b == b.b && a.began == b.began;
-                               });
+  const auto are_of_same = [](const std::vector<ToldContact>& a, const std::vector<ToldContact>& b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const ToldContact& p, const ToldContact& q) {
+      return p.a == q.a && p.b == q.b && p.began == q.began;
+    });
+  };
+  const auto off = [](const ToldContact& a, const ToldContact& b) {
+    return std::max(norm(a.p_WA - b.p_WA), norm(a.p_WB - b.p_WB));
+  };
+  apart.are_alike = are_of_same(some.contacts, other.contacts) && are_of_same(some.stops, other.stops);
   if (!apart.are_alike) return apart;
   for (std::size_t i = 0; i < some.contacts.size(); ++i) {
     const ToldContact &a = some.contacts[i], &b = other.contacts[i];
     double& times = a.began ? apart.begins : apart.ends;
     times = std::max(times, std::abs(a.time - b.time));
-    if (a.began) apart.stops = std::max({apart.stops, norm(a.p_WA - b.p_WA), norm(a.p_WB - b.p_WB)});
+    if (a.began) apart.stops = std::max(apart.stops, off(a, b));
   }
+  for (std::size_t i = 0; i < some.stops.size(); ++i)
+    apart.stops = std::max(apart.stops, off(some.stops[i], other.stops[i]));
   return apart;
 }
 
@@ -345,8 +470,8 @@ std::string row_text(const ServesRow& row) {
 
 std::string serves_text(const ServesResult& result, const ServesRequest& request) {
   program::TextTable table({"in zones, elsewhere [mm]", "hexahedra", "error in zones [mm]", "proof",
-                            "in zones", "first contact [s]", "least clearance [mm]", "frame [us]", "worst",
-                            "serves"});
+                            "in zones", "first contact [s]", "stops off [mm]", "least clearance [mm]",
+                            "pairs a frame", "frame [us]", "worst", "serves"});
   // Covers that do not serve are shown, too.
   for (const ServesRow& row : result.rows) {
     const bool is_proven = std::all_of(row.runs.begin(), row.runs.end(),
@@ -356,8 +481,9 @@ std::string serves_text(const ServesResult& result, const ServesRequest& request
                std::to_string(row.hexahedra), fmt::format("{:.4g}", 1e3 * row.in_zones),
                is_proven ? "proven" : "REFUSED", row.is_held ? "stays" : "leaves",
                row.flight.first_contact ? fmt::format("{:.6f}", *row.flight.first_contact) : "-",
-               clearance_text(row), fmt::format("{:.1f}", row.flight.frame_us),
-               fmt::format("{:.0f}", row.flight.slowest_us), row.serves ? "yes" : "no"});
+               off_text(row), clearance_text(row), fmt::format("{:.2f}", pairs_a_frame(row, request)),
+               fmt::format("{:.1f}", row.flight.frame_us), fmt::format("{:.0f}", row.flight.slowest_us),
+               row.serves ? "yes" : "no"});
   }
   std::string text = table.str() + "\n";
   if (result.best) text += zones_text(result.rows[*result.best], request);
@@ -366,19 +492,20 @@ std::string serves_text(const ServesResult& result, const ServesRequest& request
   // The search may end without a cover within the tolerance.
   if (!result.best) return text + "no cover is right to any error\n";
   const ServesRow& best = result.rows[*result.best];
-  if (!best.serves)
+  if (!best.is_right)
     return text + fmt::format(
                       "no cover within the tolerance was found; the best so far is right to {:.4g} mm, "
                       "with {} hexahedra\n",
                       1e3 * best.in_zones, best.hexahedra);
-  text += fmt::format("coarsest that serves: {} hexahedra, {:.4g} mm elsewhere\n", best.hexahedra,
-                      1e3 * best.elsewhere);
+  text +=
+      fmt::format("coarsest that {}: {} hexahedra, {:.4g} mm elsewhere\n",
+                  best.serves ? "serves" : "is right to the tolerance", best.hexahedra, 1e3 * best.elsewhere);
   if (result.least > 0)
     text += fmt::format(
         "any cover that is right to the tolerance in these zones needs at least {}: the meshes have as many "
         "points, no two of which one convex part of such a cover can hold\n",
         result.least);
-  return text + agreement_text(result, request);
+  return text + stops_text(result, request);
 }
 
 std::string comparison_text(const ServesResult& result, const ServesRequest& request) {
@@ -392,7 +519,8 @@ std::string comparison_text(const ServesResult& result, const ServesRequest& req
   // Differences are against the uniform cover's flight.
   program::TextTable table({"scene", "cover", "hexahedra", "certified error [mm]", "contacts",
                             "begins differ [ms]", "ends differ [ms]", "stops differ [mm]",
-                            "in any frame [mm]", "clearances differ [mm]", "frame [us]", "99.9 % [us]"});
+                            "in any frame [mm]", "clearances differ [mm]", "pairs a frame", "frame [us]",
+                            "99.9 % [us]"});
   for (const ServesRow* row : {&*uniform, &best}) {
     const ServedFlight &flight = row->flight, &other = uniform->flight;
     const FlightDifference apart = difference(flight, other);
@@ -407,7 +535,8 @@ std::string comparison_text(const ServesResult& result, const ServesRequest& req
                fmt::format("{}{}", flight.contacts.size(), apart.are_alike ? "" : ", others"),
                of_alike(apart.begins), of_alike(apart.ends), of_alike(apart.stops),
                fmt::format("{:.3g}", 1e3 * apart.frames), fmt::format("{:.3g}", 1e3 * clearance),
-               fmt::format("{:.1f}", flight.frame_us), fmt::format("{:.1f}", flight.frame_999_us)});
+               fmt::format("{:.2f}", pairs_a_frame(*row, request)), fmt::format("{:.1f}", flight.frame_us),
+               fmt::format("{:.1f}", flight.frame_999_us)});
   }
   return table.str() +
          "stops: where objects are as contacts begin; any frame: also where one flight is released a frame "
@@ -418,7 +547,11 @@ std::string comparison_text(const ServesResult& result, const ServesRequest& req
                          ? ""
                          : fmt::format(" (at most {:.3g} times with any cover that is right in these zones)",
                                        times_fewer(result.least)),
-                     uniform->flight.frame_us / best.flight.frame_us);
+                     uniform->flight.frame_us / best.flight.frame_us) +
+         (best.flight.pairs > uniform->flight.pairs
+              ? "its frames look at more pairs than those of the uniform error: more of its hexahedra are "
+                "near what is held there, and none that was found and serves has fewer\n"
+              : "");
 }
 
 }  // namespace touchstone::fitting

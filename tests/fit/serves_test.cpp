@@ -224,7 +224,7 @@ TEST_F(Serves, WhereCoversThatServeStopElsewhereThatIsSaid) {
   ServesResult result;
   for (const double z : {1.0, 1.0, 1.03}) {
     ServesRow row;
-    row.serves = row.is_held = true;
+    row.serves = row.is_right = row.is_held = true;
     row.flight = flight_over(asked, {2.0, 2.0, z});
     result.rows.push_back(row);
   }
@@ -240,6 +240,44 @@ TEST_F(Serves, WhereCoversThatServeStopElsewhereThatIsSaid) {
   result.rows[1].flight = flight_over(asked, {2.05, 2.0, 1.0});
   EXPECT_THAT(serves_text(result, asked), HasSubstr("0 have other contacts, and stops of the rest are up to "
                                                     "50 mm apart"));
+}
+
+// The cube meets a round post at a slant, 10 mm within its side: covers that are right to 40 mm may stop it
+// much earlier than the post does. These do not serve, and others are looked for.
+TEST_F(Serves, ACoverThatStopsThingsTooFarFromTheMeshDoesNotServe) {
+  ServesRequest asked = request(kComes);
+  asked.meshes[0].file = write("post.obj", obj_text(weld(test::cone_mesh(1.0, 1.0, 1.0, 24))));
+  asked.scene.objects[1].X_WO.p = Vector3(1.3, 0.99 + 0.1, 0.5);
+  asked.tolerance = 0.04;
+  const ServesResult result = find_coarsest(fit_, asked, *progress_);
+  ASSERT_TRUE(result.best);
+  const ServesRow& best = result.rows[*result.best];
+  EXPECT_TRUE(best.serves);
+  EXPECT_EQ(best.flight.contacts.size(), 1U);
+  ASSERT_TRUE(best.from_meshes);
+  EXPECT_LE(best.from_meshes->stops, asked.tolerance);
+  EXPECT_TRUE(std::any_of(result.rows.begin(), result.rows.end(), [](const ServesRow& row) {
+    return row.in_zones <= 0.04 && row.is_held && row.flight.first_contact;
+  }));
+  EXPECT_THAT(serves_text(result, asked), HasSubstr("but stop things elsewhere: they do not serve"));
+}
+
+// However many plates of the mesh, or hexahedra of a cover, are met at once, it is one contact.
+TEST_F(Serves, TheMeshsOwnFlightStopsWhereItsTrianglesAre) {
+  const ServesRequest asked = request(kComes);
+  const std::array<MeshDistance, 1> meshes = {MeshDistance(weld(test::angle_mesh()))};
+  const std::optional<ServedFlight> own = fly_meshes(asked, meshes);
+  ASSERT_TRUE(own);
+  EXPECT_EQ(own->contacts.size(), 1U);
+  ASSERT_EQ(own->stops.size(), 1U);
+  EXPECT_NEAR(own->stops[0].p_WB.x(), 2.1, 1e-5);
+  Fit cut;
+  for (const double y : {0.0, 0.3})
+    cut.hexahedra.push_back({test::box_vertices({0, y, 0}, {2, y + 0.3, 1}), 0.1, {0, 0, 0}});
+  const std::array<const Fit*, 1> covers = {&cut};
+  const FlightDifference apart = difference(*own, fly_scene(asked, covers));
+  EXPECT_TRUE(apart.are_alike);
+  EXPECT_LT(apart.stops, 1e-6);
 }
 
 // A long wall stops the cube, which slides along it into the cover, where contact is only cued: a way that
