@@ -28,7 +28,8 @@ class CMakeBuild(build_ext):
         folder = PROJECT / "build" / f"python{sys.version_info.major}.{sys.version_info.minor}"
         folder.mkdir(parents=True, exist_ok=True)
         options = ["-D", "CMAKE_BUILD_TYPE=Release", "-D", f"Python_EXECUTABLE={sys.executable}", "-D", "TOUCHSTONE_WITH_PYTHON=ON",
-                   "-D", "TOUCHSTONE_BUILD_TESTS=OFF", "-D", "TOUCHSTONE_BUILD_EXAMPLES=OFF", "-D", "TOUCHSTONE_INSTALL=OFF"]
+                   "-D", "TOUCHSTONE_BUILD_TESTS=OFF", "-D", "TOUCHSTONE_BUILD_EXAMPLES=OFF", "-D", "TOUCHSTONE_INSTALL=OFF",
+                   "-D", "TOUCHSTONE_PRECOMPILED_HEADERS=ON", "-D", "TOUCHSTONE_UNITY_BUILD=ON"]
         try:  # PyPI's, where it is installed; else CMake looks for the system's
             import pybind11
 

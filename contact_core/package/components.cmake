@@ -170,6 +170,7 @@ function(touchstone_install_program name)
     set_target_properties(${name} PROPERTIES INSTALL_RPATH "$ORIGIN/${libraries}")
   endif()
   if(TOUCHSTONE_INSTALL)
+    set_property(GLOBAL APPEND PROPERTY TOUCHSTONE_INSTALLED_PROGRAMS ${name})
     install(TARGETS ${name} RUNTIME ${ARGN} OPTIONAL COMPONENT programs)
   endif()
 endfunction()
@@ -213,6 +214,9 @@ function(touchstone_package)
 
   list(TRANSFORM names PREPEND touchstone_ OUTPUT_VARIABLE targets)
   add_custom_target(libraries DEPENDS ${targets} COMMENT "Every component of the package")
+  get_property(programs GLOBAL PROPERTY TOUCHSTONE_INSTALLED_PROGRAMS)
+  add_custom_target(installed DEPENDS libraries ${programs} $<TARGET_NAME_IF_EXISTS:touchstone_python>
+    COMMENT "All that is installed, but for the reference")
   install(CODE "
     if(touchstone_not_built)
       list(JOIN touchstone_not_built \" \" touchstone_not_built)
