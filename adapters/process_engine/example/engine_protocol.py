@@ -34,6 +34,14 @@ def half_sides(corners):
     return corners[7] if (np.abs(corners) == corners[7]).all() else None
 
 
+def quaternion(R):
+    """x, y, z, w of a rotation (Bar-Itzhack)."""
+    K = np.array([[R[0, 0] - R[1, 1] - R[2, 2], 0, 0, 0], [R[1, 0] + R[0, 1], R[1, 1] - R[0, 0] - R[2, 2], 0, 0],
+                  [R[2, 0] + R[0, 2], R[2, 1] + R[1, 2], R[2, 2] - R[0, 0] - R[1, 1], 0],
+                  [R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1], np.trace(R)]])
+    return np.linalg.eigh(K)[1][:, -1]
+
+
 def answers_for(head, count):
     """Slots of `count` answers to a question; geometry is that of pairs beyond its limit."""
     fields = [("pair", "<u4"), ("status", "<u4")]

@@ -3,7 +3,7 @@
 collide(), on the processor."""
 import sys
 
-from engine_protocol import DISTANCE, UNSUPPORTED, half_sides, need, np, put, serve
+from engine_protocol import DISTANCE, UNSUPPORTED, half_sides, need, np, put, quaternion, serve
 
 wp = need("warp", "warp-lang")
 if not hasattr(wp, "sim"):
@@ -17,14 +17,6 @@ solids, reach = [], []
 def build(corners):
     solids[:] = [half_sides(each) for each in corners]
     reach[:] = [np.linalg.norm(each, axis=1).max() for each in corners]
-
-
-def quaternion(R):
-    """x, y, z, w of a rotation (Bar-Itzhack)."""
-    K = np.array([[R[0, 0] - R[1, 1] - R[2, 2], 0, 0, 0], [R[1, 0] + R[0, 1], R[1, 1] - R[0, 0] - R[2, 2], 0, 0],
-                  [R[2, 0] + R[0, 2], R[2, 1] + R[1, 2], R[2, 2] - R[0, 0] - R[1, 1], 0],
-                  [R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1], np.trace(R)]])
-    return np.linalg.eigh(K)[1][:, -1]
 
 
 def scene(pairs, margin):
