@@ -304,10 +304,9 @@ class Session {
     std::optional<BackendAnswers> captured_part;
     if (captured != nullptr) captured_part = part_of(*captured, shard);
     SetAnswers found = measure(set, measured, captured_part ? &*captured_part : nullptr, {});
+    if (oracle_ != nullptr)
+      found.errors = all_case_errors(set, found.truth, *oracle_, found.answers, options_.threads, share_);
     for (BackendAnswers& backend : found.answers) {
-      if (oracle_ != nullptr)
-        found.errors.push_back(
-            all_case_errors(set, found.truth, *oracle_, backend, options_.threads, share_));
       backend.perturbed = {};
       if (keeps_points) continue;
       for (QueryAnswers& query : backend.queries) query.points.clear();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/examples/measures/accuracy/surface_measure.hpp"
@@ -42,25 +43,26 @@ bool carries_geometry(PairStatus status, const PairGeometry& geometry) {
 
 // ---- measures
 
-// The two surfaces of a case. Flat ones (rounding far out) go to the oracle.
+// The two surfaces of a case, made when the first point is measured. Flat ones (rounding far out) go to the
+// oracle.
 class Surfaces {
  public:
-  Surfaces(const PosedPair& posed, const Oracle& oracle)
-      : posed_(posed), oracle_(oracle), a_(posed.a), b_(posed.b) {}
-  double distance_to_a(const Vector3& p) const {
-    return a_.is_flat() ? oracle_.surface_distance(posed_.a, p) : a_.distance(p);
-  }
-  double distance_to_b(const Vector3& p) const {
-    return b_.is_flat() ? oracle_.surface_distance(posed_.b, p) : b_.distance(p);
-  }
+  Surfaces(const PosedPair& posed, const Oracle& oracle) : posed_(posed), oracle_(oracle) {}
+  double distance_to_a(const Vector3& p) { return distance(a_, posed_.a, p); }
+  double distance_to_b(const Vector3& p) { return distance(b_, posed_.b, p); }
 
  private:
+  double distance(std::optional<SurfaceMeasure>& surface, const WorldVertices& solid, const Vector3& p) {
+    if (!surface) surface.emplace(solid);
+    return surface->is_flat() ? oracle_.surface_distance(solid, p) : surface->distance(p);
+  }
+
   const PosedPair& posed_;
   const Oracle& oracle_;
-  SurfaceMeasure a_, b_;
+  std::optional<SurfaceMeasure> a_, b_;
 };
 
-double witness_error(const Surfaces& surfaces, const Vector3& p_A_W, const Vector3& p_B_W, double separation,
+double witness_error(Surfaces& surfaces, const Vector3& p_A_W, const Vector3& p_B_W, double separation,
                      const Vector3& n) {
   if (!is_finite(p_A_W) || !is_finite(p_B_W) || !is_finite(n) || !std::isfinite(separation)) return kNaN;
   const double on_a = surfaces.distance_to_a(p_A_W);
@@ -161,7 +163,7 @@ struct PatchArea {
 
 double& at(CaseErrors& errors, Measure measure) { return errors.values[static_cast<std::size_t>(measure)]; }
 
-void measure_distance(const PosedPair& posed, const PairTruth& truth, const Surfaces& surfaces,
+void measure_distance(const PosedPair& posed, const PairTruth& truth, Surfaces& surfaces,
                       const QueryAnswers& answers, std::size_t index, CaseErrors& errors) {
   const PairGeometry& geometry = answers.geometry[index];
   if (!carries_geometry(answers.status[index], geometry)) return;
@@ -176,7 +178,7 @@ void measure_distance(const PosedPair& posed, const PairTruth& truth, const Surf
 }
 
 void measure_manifold(const PosedPair& posed, const PairTruth& truth, const Oracle& oracle,
-                      const Surfaces& surfaces, const BackendAnswers& answers, std::size_t index,
+                      Surfaces& surfaces, const BackendAnswers& answers, std::size_t index,
                       CaseErrors& errors) {
   const QueryAnswers& manifold = answers.queries[index_of(QueryKind::manifold)];
   const PairGeometry& geometry = manifold.geometry[index];
@@ -396,7 +398,7 @@ namespace {
 
 // The errors of these queries; those of others are not set.
 CaseErrors query_errors(const PosedPair& posed, const PairTruth& truth, const Oracle& oracle,
-                        const Surfaces& surfaces, const BackendAnswers& answers, std::size_t index,
+                        Surfaces& surfaces, const BackendAnswers& answers, std::size_t index,
                         std::span<const QueryKind> kinds) {
   CaseErrors errors;
   errors.values.fill(kNaN);
@@ -438,7 +440,8 @@ void exchange(QueryAnswers& answers, LaterAnswer& later) {
 
 CaseErrors case_errors(const PosedPair& posed, const PairTruth& truth, const Oracle& oracle,
                        const BackendAnswers& answers, std::size_t index) {
-  return query_errors(posed, truth, oracle, Surfaces(posed, oracle), answers, index, kQueryKinds);
+  Surfaces surfaces(posed, oracle);
+  return query_errors(posed, truth, oracle, surfaces, answers, index, kQueryKinds);
 }
 
 void take_worse_answers(const PairSet& set, std::span<const PairTruth> truth, const Oracle& oracle,
@@ -450,7 +453,7 @@ void take_worse_answers(const PairSet& set, std::span<const PairTruth> truth, co
       for (LaterAnswer& later : std::span(of_kind.later).subspan(begin, end - begin)) {
         const std::size_t i = later.index;
         const PosedPair posed = posed_pair(set, i);
-        const Surfaces surfaces(posed, oracle);
+        Surfaces surfaces(posed, oracle);
         const auto bad = [&] {
           return badness(of_kind.status[i], truth[i].contact(),
                          query_errors(posed, truth[i], oracle, surfaces, answers, i, {&kind, 1}), kind);
@@ -541,15 +544,20 @@ void judge_query(std::span<const PairTruth> truth, const BackendAnswers& answers
 
 }  // namespace
 
-std::vector<CaseErrors> all_case_errors(const PairSet& set, std::span<const PairTruth> truth,
-                                        const Oracle& oracle, const BackendAnswers& answers, int threads,
-                                        const Progress& progress) {
-  std::vector<CaseErrors> errors(set.cases());
+std::vector<std::vector<CaseErrors>> all_case_errors(const PairSet& set, std::span<const PairTruth> truth,
+                                                     const Oracle& oracle,
+                                                     std::span<const BackendAnswers> answers, int threads,
+                                                     const Progress& progress) {
+  std::vector<std::vector<CaseErrors>> errors(answers.size(), std::vector<CaseErrors>(set.cases()));
   parallel_chunks(
-      errors.size(), 64, threads,
+      set.cases(), 64, threads,
       [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i)
-          errors[i] = case_errors(posed_pair(set, i), truth[i], oracle, answers, i);
+        for (std::size_t i = begin; i < end; ++i) {
+          const PosedPair posed = posed_pair(set, i);
+          Surfaces surfaces(posed, oracle);
+          for (std::size_t b = 0; b < answers.size(); ++b)
+            errors[b][i] = query_errors(posed, truth[i], oracle, surfaces, answers[b], i, kQueryKinds);
+        }
       },
       progress);
   return errors;
@@ -557,7 +565,7 @@ std::vector<CaseErrors> all_case_errors(const PairSet& set, std::span<const Pair
 
 Judgement judge(const PairSet& set, std::span<const PairTruth> truth, const Oracle& oracle,
                 const BackendAnswers& answers, int threads, const Progress& progress) {
-  return judge(set, truth, answers, all_case_errors(set, truth, oracle, answers, threads, progress));
+  return judge(set, truth, answers, all_case_errors(set, truth, oracle, {&answers, 1}, threads, progress)[0]);
 }
 
 Judgement judge(const PairSet& set, std::span<const PairTruth> truth, const BackendAnswers& answers,

@@ -126,10 +126,12 @@ CaseErrors case_errors(const PosedPair& posed, const PairTruth& truth, const Ora
 void take_worse_answers(const PairSet& set, std::span<const PairTruth> truth, const Oracle& oracle,
                         BackendAnswers& answers, int threads);
 
-/// The errors of every case of the set, on `threads` threads.
-std::vector<CaseErrors> all_case_errors(const PairSet& set, std::span<const PairTruth> truth,
-                                        const Oracle& oracle, const BackendAnswers& answers, int threads,
-                                        const Progress& progress = {});
+/// The errors of every case of the set, of each backend, on `threads` threads. What a case's points are
+/// measured by is made once for all backends.
+std::vector<std::vector<CaseErrors>> all_case_errors(const PairSet& set, std::span<const PairTruth> truth,
+                                                     const Oracle& oracle,
+                                                     std::span<const BackendAnswers> answers, int threads,
+                                                     const Progress& progress = {});
 
 /// Sums up errors of every case.
 Judgement judge(const PairSet& set, std::span<const PairTruth> truth, const BackendAnswers& answers,

@@ -40,18 +40,58 @@ Wide squared_distance_to_edge(const Vector3& a, const Vector3& b, const Vector3&
   return inner(off, off);
 }
 
-/// The edges always count; the plane where p's foot lies inside all three.
-Wide squared_distance(const std::array<Vector3, 3>& triangle, const Vector3& p) {
+// ---- bounds in doubles, which tell what need not be measured
+
+double length_bound(const Vector3& v) { return std::abs(v.x()) + std::abs(v.y()) + std::abs(v.z()); }
+
+/// At most the distance of p to the edge; 0 where that is not known.
+double least_distance_to_edge(const Vector3& a, const Vector3& b, const Vector3& p) {
+  const Vector3 d = b - a, q = p - a;
+  const double length2 = dot(d, d);
+  // Outside, squares are not what they round to.
+  constexpr double kLeastSquare = 0x1p-900, kMostLength = 0x1p500;
+  if (!(length2 > kLeastSquare)) return 0.0;
+  const double distance = norm(q - d * std::clamp(dot(q, d) / length2, 0.0, 1.0));
+  if (!(distance < kMostLength)) return 0.0;
+  // The foot is off by at most 13 roundings of |q|; with those of the distance fewer than 32 of |q| + |d|.
+  return std::max(0.0, distance - 0x1p-46 * (length_bound(q) + length_bound(d)));
+}
+
+/// True where p's foot in the plane of normal n = u x v lies outside an edge for sure.
+bool is_outside(const Vector3& n, double n_bound, const Vector3& from, const Vector3& to, const Vector3& p) {
+  const Vector3 along = to - from, q = p - from;
+  // n is off by at most 6 roundings of |u| |v|, the triple product by fewer than 64 of all four lengths.
+  const double product = n_bound * length_bound(along) * length_bound(q);
+  return product > 0x1p-900 && dot(cross(n, along), q) < -0x1p-45 * product;
+}
+
+/// The lesser of `least` and p's squared distance to the triangle. The edges always count; the plane where
+/// p's foot lies inside all three.
+Wide nearer(const std::array<Vector3, 3>& triangle, const Vector3& p, Wide least) {
   const auto& [a, b, c] = triangle;
-  Wide least = std::min({squared_distance_to_edge(a, b, p), squared_distance_to_edge(b, c, p),
-                         squared_distance_to_edge(c, a, p)});
-  const Wide3 normal = outer(minus(b, a), minus(c, a));
-  const auto inside = [&](const Vector3& from, const Vector3& to) {
-    return inner(outer(normal, minus(to, from)), minus(p, from)) >= 0;
-  };
-  if (inside(a, b) && inside(b, c) && inside(c, a)) {
-    const Wide height = inner(normal, minus(p, a));
-    least = std::min(least, height * height / inner(normal, normal));
+  // The plane first: where p lies over the triangle the edges are farther away.
+  const Vector3 u = b - a, v = c - a, n = cross(u, v);
+  const double n_bound = length_bound(u) * length_bound(v);
+  if (!is_outside(n, n_bound, a, b, p) && !is_outside(n, n_bound, b, c, p) &&
+      !is_outside(n, n_bound, c, a, p)) {
+    const Wide3 normal = outer(minus(b, a), minus(c, a));
+    const auto inside = [&](const Vector3& from, const Vector3& to) {
+      return inner(outer(normal, minus(to, from)), minus(p, from)) >= 0;
+    };
+    if (inside(a, b) && inside(b, c) && inside(c, a)) {
+      const Wide height = inner(normal, minus(p, a));
+      least = std::min(least, height * height / inner(normal, normal));
+    }
+  }
+  // The nearest edge, then those that may be nearer.
+  const std::array<double, 3> bounds = {least_distance_to_edge(a, b, p), least_distance_to_edge(b, c, p),
+                                        least_distance_to_edge(c, a, p)};
+  const auto first =
+      static_cast<std::size_t>(std::min_element(bounds.begin(), bounds.end()) - bounds.begin());
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t edge = (first + k) % 3;
+    if (static_cast<Wide>(bounds[edge]) * bounds[edge] >= least) continue;
+    least = std::min(least, squared_distance_to_edge(triangle[edge], triangle[(edge + 1) % 3], p));
   }
   return least;
 }
@@ -59,8 +99,7 @@ Wide squared_distance(const std::array<Vector3, 3>& triangle, const Vector3& p) 
 /// At most the distance of p to the plane of a triangle; 0 where that is not known.
 double least_height(const Vector3& normal, double normal_error, const Vector3& corner, const Vector3& p) {
   const Vector3 q = p - corner;
-  const double length = std::abs(q.x()) + std::abs(q.y()) + std::abs(q.z());
-  return std::max(0.0, std::abs(dot(normal, q)) - normal_error * length);  // of what is no number: 0
+  return std::max(0.0, std::abs(dot(normal, q)) - normal_error * length_bound(q));  // of what is no number: 0
 }
 
 }  // namespace
@@ -103,10 +142,10 @@ double SurfaceMeasure::distance(const Vector3& p) const {
     heights[i] = least_height(each.normal, each.normal_error, each.corners[0], p);
     if (heights[i] < heights[nearest]) nearest = i;
   }
-  Wide least = squared_distance(triangles_[nearest].corners, p);
+  Wide least = nearer(triangles_[nearest].corners, p, kInfinity);
   for (std::size_t i = 0; i < triangles_.size(); ++i) {
     if (i == nearest || static_cast<Wide>(heights[i]) * heights[i] >= least) continue;
-    least = std::min(least, squared_distance(triangles_[i].corners, p));
+    least = nearer(triangles_[i].corners, p, least);
   }
   return static_cast<double>(std::sqrt(static_cast<long double>(least)));
 }
