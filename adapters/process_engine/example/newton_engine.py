@@ -2,17 +2,19 @@
 """Newton (single precision) as an engine: pip install newton. Overlap, distances and depths by its collision pipeline, on the processor.
 Contacts are found up to a gap of a tenth of the pair's extent, or as far as a distance needs it. One model holds all solids; each
 question gives it pairs, gaps and poses."""
-from engine_protocol import AT_ONCE, DISTANCE, half_sides, need, np, put, quaternion, serve
+from engine_protocol import AT_ONCE, DISTANCE, FAILED, half_sides, need, np, put, quaternion, serve
 
 wp, newton = need("warp", "warp-lang"), need("newton")
 NORMAL_SIGN = -1 if newton.__version__.startswith(("0.", "1.0.")) else 1  # until 1.0 normals are from the second shape to the first
 HULL = np.array([t for a, b, c, d in ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
                  for t in (a, b, c, a, c, d)], np.int32)
-solids, reach, scene = [], [], []
+UNIT = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+solids, holds, reach, scene = [], [], [], []  # holds: whether single precision does, without which Newton makes no model
 
 
 def build(corners):
-    solids[:] = corners
+    holds[:] = np.isfinite(4 * corners.astype(np.float32)).all(axis=(1, 2))
+    solids[:] = [each if held else UNIT for each, held in zip(corners, holds)]
     reach[:] = [np.linalg.norm(each, axis=1).max() for each in corners]
     scene.clear()
 
@@ -36,7 +38,8 @@ def make_scene():
 
 def answer(head, pairs, slots):
     scene[:] = scene or make_scene()
-    left = np.arange(len(pairs))
+    slots["status"] = FAILED
+    left = np.flatnonzero([holds[pair["a"]] and holds[pair["b"]] for pair in pairs])
     while len(left):  # those in which each solid is once
         now = left[np.intersect1d(*(np.unique(pairs[side][left], return_index=True)[1] for side in "ab"))]
         ask(head, pairs[now], [slots[i] for i in now])
@@ -46,15 +49,11 @@ def answer(head, pairs, slots):
 def ask(head, pairs, slots):
     model, wanted, pipeline, contacts, state = scene
     shapes = np.column_stack((2 * pairs["a"], 2 * pairs["b"] + 1)).astype(np.int32)
-    wanted.numpy()[:] = 0  # a shape and itself: no pair
-    wanted.numpy()[:len(pairs)] = shapes
+    wanted.numpy()[:] = np.pad(shapes, ((0, AT_ONCE - len(pairs)), (0, 0)))  # a shape and itself: no pair
     gaps, poses = model.shape_gap.numpy(), state.body_q.numpy()
     for pair, both in zip(pairs, shapes):
-        extent = reach[pair["a"]] + reach[pair["b"]]
-        if head["query"] == DISTANCE:
-            gaps[both] = min(float(head["max_separation"]), extent + np.linalg.norm(pair["X_WB"]["p"] - pair["X_WA"]["p"])) / 2
-        else:
-            gaps[both] = 0.1 * extent / 2
+        extent, apart = reach[pair["a"]] + reach[pair["b"]], np.linalg.norm(pair["X_WB"]["p"] - pair["X_WA"]["p"])
+        gaps[both] = (min(float(head["max_separation"]), extent + apart) if head["query"] == DISTANCE else 0.1 * extent) / 2
         for body, pose in zip(both, (pair["X_WA"], pair["X_WB"])):
             poses[body] = *pose["p"], *quaternion(pose["R"].T)
     pipeline.collide(state, contacts)
