@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 """The example adapters: their length, and what engine_protocol.put() makes of an engine's contacts."""
+import importlib
 import pathlib
 import sys
+import types
 import unittest
 
 ADAPTERS = pathlib.Path(__file__).resolve().parent.parent.parent / "adapters" / "process_engine" / "example"
@@ -49,6 +51,103 @@ class Put(unittest.TestCase):
     def test_touching_is_contact_and_nothing_is_apart(self):
         self.assertEqual(self.put(protocol.OVERLAP, [0.0])["status"], protocol.OVERLAPPING)
         self.assertEqual(self.put(protocol.OVERLAP, [])["status"], protocol.SEPARATED)
+
+
+class StandInArray:
+    def __init__(self, values):
+        self.values = values
+
+    def numpy(self):
+        return self.values
+
+
+class StandInNewton:
+    """Balls for boxes: what newton_engine.py calls of newton and warp. Shapes of one pair are in the order of their sizes, as Newton sorts types."""
+    __version__ = "1.8.0"
+    models = 0
+
+    class ModelBuilder:
+        ShapeConfig = staticmethod(lambda **settings: settings)
+
+        def __init__(self):
+            self.radii = []
+
+        def add_body(self):
+            return len(self.radii)
+
+        def add_shape_box(self, body, hx, hy, hz, cfg):
+            self.radii.append(hx)
+
+        def finalize(self, device):
+            StandInNewton.models += 1
+            n = len(self.radii)
+            return types.SimpleNamespace(radii=self.radii, shape_gap=StandInArray(np.zeros(n, np.float32)),
+                                         state=lambda: types.SimpleNamespace(body_q=StandInArray(np.zeros((n, 7), np.float32))))
+
+    class CollisionPipeline:
+        def __init__(self, model, broad_phase, shape_pairs_filtered):
+            self.model, self.wanted = model, shape_pairs_filtered
+
+        def contacts(self):
+            return types.SimpleNamespace()
+
+        def collide(self, state, contacts):
+            found, p = [], state.body_q.numpy()[:, :3]
+            for a, b in self.wanted.numpy():
+                a, b = sorted((int(a), int(b)), key=lambda shape: self.model.radii[shape])
+                apart = np.linalg.norm(p[b] - p[a])
+                gap = self.model.shape_gap.numpy()[[a, b]].sum()
+                if a != b and apart - self.model.radii[a] - self.model.radii[b] <= gap:
+                    n = (p[b] - p[a]) / apart
+                    found.append((a, b, n * self.model.radii[a], -n * self.model.radii[b], n))
+            contacts.rigid_contact_count = StandInArray(np.array([len(found)]))
+            for name, values in zip(("shape0", "shape1", "point0", "point1", "normal"), zip(*found) if found else ((),) * 5):
+                setattr(contacts, "rigid_contact_" + name, StandInArray(np.array(values)))
+
+
+class Newton(unittest.TestCase):
+    def setUp(self):
+        warp = types.SimpleNamespace(vec2i=None, zeros=lambda count, dtype, device: StandInArray(np.zeros((count, 2), np.int32)))
+        sys.modules.update(newton=StandInNewton, warp=warp)
+        self.addCleanup(lambda: [sys.modules.pop(name, None) for name in ("newton", "warp", "newton_engine")])
+        self.engine = importlib.import_module("newton_engine")
+        StandInNewton.models = 0
+
+    def distances(self, *asked):
+        """Statuses and separations of pairs (a, b, x of A, x of B), of which bodies lie on the x axis."""
+        pairs, head = np.zeros(len(asked), protocol.PAIR), np.zeros(1, protocol.HEAD)[0]
+        head["query"], head["max_separation"] = protocol.DISTANCE, np.inf
+        for pair, (a, b, x_a, x_b) in zip(pairs, asked):
+            pair["a"], pair["b"] = a, b
+            for pose, x in (("X_WA", x_a), ("X_WB", x_b)):
+                pair[pose]["R"], pair[pose]["p"] = np.eye(3), (x, 0, 0)
+        slots = protocol.answers_for(head, len(asked))
+        self.engine.answer(head, pairs, slots)
+        return slots
+
+    def build(self, *halves):
+        signs = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+        self.engine.build(np.array([signs * half for half in halves]))
+
+    def test_one_model_serves_all_questions_of_a_build(self):
+        self.build(1, 2, 4)
+        self.assertEqual([self.distances((0, 1, 0, x))["separation"][0] for x in (5, 4, 3)], [2, 1, 0])
+        self.assertEqual(StandInNewton.models, 1)
+        self.build(2, 2)
+        self.assertEqual(self.distances((0, 1, 0, 5))["separation"][0], 1)
+        self.assertEqual(StandInNewton.models, 2)
+
+    def test_a_solid_may_be_in_many_pairs_at_other_poses_and_with_itself(self):
+        self.build(1, 2, 4)
+        slots = self.distances((0, 1, 0, 5), (0, 1, 0, 9), (1, 0, 0, 4), (2, 2, 0, 9), (2, 0, 9, 0))
+        self.assertEqual(slots["separation"].tolist(), [2, 6, 1, 1, 4])
+        self.assertEqual(slots["n_AB_W"][:, 0].tolist(), [1, 1, 1, 1, -1])  # from A to B, though Newton took the smaller first
+        self.assertEqual(slots["p_A_W"][2].tolist(), [2, 0, 0])
+
+    def test_what_single_precision_does_not_hold_fails_alone(self):
+        self.build(1, 1e200, 2)
+        slots = self.distances((0, 1, 0, 5), (0, 2, 0, 5))
+        self.assertEqual(slots["status"].tolist(), [protocol.FAILED, protocol.SEPARATED])
 
 
 if __name__ == "__main__":
