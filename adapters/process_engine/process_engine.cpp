@@ -174,7 +174,9 @@ class Connection final : public Narrowphase::Workspace {
       : engine_(std::move(engine)), idle_(std::move(idle)) {
     if (engine_->is_given_up) return;
     running_ = idle_->take();
-    if (running_.child != nullptr) starts_ = 1;
+    if (running_.child == nullptr) return;
+    starts_ = 1;
+    has_served_others_ = true;
   }
   ~Connection() override {
     if (running_.child == nullptr || engine_->is_given_up) return;
@@ -201,11 +203,16 @@ class Connection final : public Narrowphase::Workspace {
         engine_->failures_in_vain = 0;
       else if (!failure.empty())
         engine_->count_in_vain();
+      const bool had_served = std::exchange(has_served_others_, false);
       if (failure.empty()) continue;
       // After a failure the pairs left of the part are asked one by one, of a new process, to find the guilty
-      // one.
+      // one. What an earlier workspace left behind is no pair's fault.
       drop();
-      if (part.size() == 1) {
+      if (had_served) {
+        starts_ = 0;
+        engine_->tell("failed, " + failure +
+                      ", in a process that had served before; a new one is asked again");
+      } else if (part.size() == 1) {
         engine_->tell("failed, " + failure + " on pair " + std::to_string(part[0]));
         output.status[part[0]] = PairStatus::failed;
         at += 1 - answered;
@@ -319,7 +326,8 @@ class Connection final : public Narrowphase::Workspace {
   std::shared_ptr<IdleProcesses> idle_;
   Running running_;
   std::string request_, reply_;
-  int starts_ = 0;  ///< with the process that it began with
+  int starts_ = 0;                  ///< with the process that it began with
+  bool has_served_others_ = false;  ///< its process, until the first question of this workspace is over
   bool told_end_ = false;
 };
 

@@ -16,7 +16,7 @@ import time
 
 IN_BINARY = ["", "short", "count", "nan", "infinity", "negative_zero", "denormal", "huge", "order", "batch", "status", "flood", "close",
              "closed_input", "hang", "deaf", "stop", "sleep", "slow", "orphan", "orphan_of_its_own", "stderr", "print", "early", "twice",
-             "changes", "exit", "crash", "leak", "utf16", "bom", "crlf", "dribble", "silent", "chatter", "version", "resolution", "sips", "nap"]
+             "changes", "exit", "crash", "leak", "utf16", "bom", "crlf", "dribble", "silent", "chatter", "version", "resolution", "sips", "nap", "tires"]
 IN_JSON = ["short", "order", "extra", "fraction", "feature", "long", "deep", "comma", "literal", "beyond", "text", "crlf", "bom", "utf16"]
 OF_PLUGINS = ["", "throw", "throw_number", "throw_at_create", "throw_at_build", "throw_at_destroy", "throw_at_load", "end_thread",
               "rounding", "rounding_at_load", "flush", "trap", "precision", "chdir", "locale", "signals", "umask", "descriptors", "print",

@@ -179,10 +179,14 @@ TEST(ProcessEngine, OneThatNeverAnswersIsGivenUpInAllWorkspaces) {
     return ask(*narrowphase, pairs, row.poses, {.kind = QueryKind::distance}).status[0];  // a workspace each
   };
   // An engine that answers now and then is asked again; a process that it has from a workspace before is no
-  // restart more.
+  // restart, nor is the one after it.
   for (int i = 0; i < 6; ++i) {
     told.clear();
     EXPECT_EQ(first_status(bad), PairStatus::failed);
+    if (i > 0) {
+      EXPECT_THAT(told.front(), HasSubstr("in a process that had served before"));
+      told.erase(told.begin());
+    }
     EXPECT_THAT(told, ElementsAre(HasSubstr("within pairs 0 to"), HasSubstr("on pair 0"),
                                   HasSubstr("given up after 1 restarts")));
     EXPECT_EQ(first_status(good), PairStatus::separated);
@@ -450,6 +454,21 @@ TEST(ProcessEngine, WorkspacesInTurnShareAProcess) {
   EXPECT_EQ(asked_again(), 3u);
   EXPECT_THAT(engine.told, IsEmpty());
   std::filesystem::remove(starts);
+}
+
+// Whatever an earlier workspace did to the process, no pair of the next one pays for it.
+TEST(ProcessEngine, AProcessThatTiresFailsNoPairOfTheNextWorkspace) {
+  Engine tired({BAD_ENGINE, "tires"});
+  const auto narrowphase = tired.registry.make_narrowphase(tired.name);
+  const Row row;
+  narrowphase->build(row.solids);
+  for (int workspace = 0; workspace < 3; ++workspace) {
+    const Answers answers = touchstone::ask(*narrowphase, std::span(row.pairs).first(1), row.poses,
+                                            {.kind = QueryKind::distance});
+    EXPECT_EQ(answers.status[0], PairStatus::separated) << workspace;
+  }
+  EXPECT_THAT(tired.told, ElementsAre(HasSubstr("in a process that had served before"),
+                                      HasSubstr("in a process that had served before")));
 }
 
 TEST(ProcessEngine, PosesThatAreNotFiniteAreNotSent) {
