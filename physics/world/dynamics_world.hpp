@@ -133,6 +133,7 @@ struct StepReport {
   StepFailure failure = StepFailure::none;
   std::uint32_t failed_index = 0;  ///< of the contact, body or mechanism; latch: of the object
   double worst_residual = 0.0;     ///< of all solves [m/s]; see natural_residual()
+  /// Unconverged are also solutions that would give energy, where a share of them is left.
   std::uint32_t solves = 0, unconverged = 0, sweeps = 0, newton_steps = 0;
   std::uint32_t contradictory = 0;  ///< solves whose contacts no impulses satisfy: they yield, and press hard
   /// The largest error of any joint between movers at the step's end [m] or [rad]: above the contact gap they
@@ -303,10 +304,12 @@ class DynamicsWorld {
   double energy() const;             ///< kinetic and, in gravity, potential; the same [J]
 
   /// Moves everything by `h` [s] under gravity, drives and contact forces. First the impacts of touching
-  /// points that approach (Newton's law; drives of limited torque give instantaneous impacts no impulse),
-  /// then forces that are constant over the step; where a point arrives, sliding ends or a joint gets to its
-  /// rate within the step, the step is cut there. Velocities at the end obey the laws of ContactProblem;
-  /// positions follow the mean of the velocities before and after, so constant forces are integrated exactly.
+  /// points that approach (Newton's law; where steps are bounded, those alone that do by more than
+  /// `contact_gap` in the step or faster than `bounce_speed`; drives of limited torque give instantaneous
+  /// impacts no impulse), then forces that are constant over the step; where a point arrives, sliding ends or
+  /// a joint gets to its rate within the step, the step is cut there. Velocities at the end obey the laws of
+  /// ContactProblem; positions follow the mean of the velocities before and after, so constant forces are
+  /// integrated exactly.
   /// Impulses act on both bodies at one point, about the mean of each one's path: total momentum stays to
   /// rounding.
   /// @param h positive and finite, or the step fails (StepFailure::bad_step).

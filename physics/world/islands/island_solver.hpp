@@ -48,7 +48,7 @@ class IslandSolver {
   /// Given by a share s of impulses [J]: s (by_b + lifting) + s^2 / 2 by_W.
   struct Energy {
     double by_b = 0.0, by_W = 0.0;
-    double lifting = 0.0;  // against gravity, by half of what they make of velocities
+    double lifting = 0.0;  // against gravity and pushes, by half of what they make of velocities
   };
 
   void solve_island(const Island& island, ContactRows& rows, StepContext& step);
@@ -62,10 +62,10 @@ class IslandSolver {
   double most_speed(const Island& island, std::span<const double> of) const;
   double allowed_speed(const Island& island, const ContactRows& rows, bool is_solved, bool is_soft) const;
   void calm(const Island& island, ContactRows& rows, StepContext& step, SolveReport& solved);
-  Energy energy_of(const Island& island, const ContactRows& rows, const StepContext& step) const;
-  bool gives_energy(const Island& island, bool is_exact, const ContactRows& rows,
+  Energy energy_of(const Island& island, bool is_solved, const ContactRows& rows) const;
+  bool gives_energy(const Island& island, bool is_exact, bool is_solved, const ContactRows& rows,
                     const StepContext& step) const;
-  void limit_energy(const Island& island, ContactRows& rows, StepContext& step, SolveReport& solved);
+  void limit_energy(const Island& island, ContactRows& rows, SolveReport& solved);
   void refine(const Island& island, ContactRows& rows);
   bool may_refine(const Island& island);
   void expect_calm(const Island& island);

@@ -88,6 +88,8 @@ void Gathering::prepare_units(const Group& group) {
     unit.v_W = body.body.velocity(state);
     unit.inverse_inertia_W = body.body.inverse_inertia_W(state);
     unit.w_W = rotate(unit.inverse_inertia_W, state.angular_W);
+    unit.force_W = unit.mass * settings_.gravity_W + body.push_W;
+    unit.push_moment_W = body.push_moment_W;
     unit.is_jointed = body.is_jointed;
     if (body.is_jointed && wanted_.phase == Phase::forces)
       unit.middle_W = state.p_W - (0.5 * wanted_.t) * unit.v_W;
@@ -181,6 +183,7 @@ void Gathering::add_contact(std::size_t index, const GroupPoint& point) {
   b[0] = wanted_.phase == Phase::parting ? (point.separation + point.allowed_depth) / wanted_.t
                                          : bounce * b[0] + room;
   commanded = bounce * commanded + room;
+  contact.room = room;
   rows_.commanded.push_back(commanded);
   rows_.b.insert(rows_.b.end(), b, b + 3);
   rows_.friction.push_back(given.friction);

@@ -22,6 +22,7 @@ struct RowUnit {
   Vector3 v_W = Vector3::Zero(), w_W = Vector3::Zero();  // without impulses
   Vector3 change_v_W = Vector3::Zero(), change_w_W = Vector3::Zero();  // by its island's impulses
   Vector3 impulse_W = Vector3::Zero(), moment_W = Vector3::Zero();     // sum_impulses(); about middle_W
+  Vector3 force_W = Vector3::Zero(), push_moment_W = Vector3::Zero();  // of gravity and pushes
   bool is_jointed = false;  // middle_W is the end of its path less half a step of its last velocity
   // A mechanism: views of its Arm.
   std::span<const double> M;  // its mass matrix, factored by factor_cholesky()
@@ -45,6 +46,7 @@ struct ContactRows {
     std::size_t point;  // of the group
     Vector3 n_W, t1_W, t2_W;
     Side sides[2];
+    double room;  // before its bodies meet, over the piece's length [m/s]: a part of b and of commanded
   };
   /// A row of a joint: of a drive, of its losses, an end stop; or a direction that a joint between movers
   /// holds. It acts on one unit or two.
