@@ -33,10 +33,14 @@ void fetch_end(const btPersistentManifold& manifold) {
   __builtin_prefetch(reinterpret_cast<const std::byte*>(&manifold + 1) - 1);
 }
 
-/// Begins to fetch as many of the manifold's points, to be written once the check has answered.
+/// Begins to fetch as many of the manifold's points, to be written once the check has answered. From its
+/// start, which they follow: getContactPoint() asserts, where the engine's assertions are on, that it has
+/// one, and whether it has is not known before its end has come.
 void fetch_points(const btPersistentManifold& manifold, int count) {
-  const auto* const first = reinterpret_cast<const std::byte*>(&manifold.getContactPoint(0));
-  const auto bytes = static_cast<std::ptrdiff_t>(sizeof(btManifoldPoint)) * count;
+  if (count <= 0) return;
+  const auto* const first = reinterpret_cast<const std::byte*>(&manifold);
+  const auto bytes = static_cast<std::ptrdiff_t>(sizeof(btTypedObject) +
+                                                 sizeof(btManifoldPoint) * static_cast<std::size_t>(count));
   for (std::ptrdiff_t at = 0; at < bytes; at += kLineBytes) __builtin_prefetch(first + at, 1);
 }
 
@@ -179,7 +183,7 @@ void HexahedronAlgorithm::processCollision(const btCollisionObjectWrapper* a,
   result->setPersistentManifold(manifold_);
   const ObjectPair objects{*a, *b};
   if (stays_apart(objects, *result)) return;
-  fetch_points(*manifold_, std::max(features_.count, 0));
+  fetch_points(*manifold_, features_.count);
   is_shown_ = false;
   std::array<FoundPoint, MANIFOLD_CACHE_SIZE> points;
   const std::size_t count = find_points(objects, *result, points);
