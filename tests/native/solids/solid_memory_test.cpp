@@ -114,8 +114,12 @@ TEST(SolidStore, AnswersStayTheSameWhileOthersComeAndGo) {
     for (; goes_on; ++asked)
       if (depths_of(store, a) != of_box || depths_of(store, b) != of_hull) ++wrong;
   });
+  const auto wait_for_question = [&asked] {
+    for (const int before = asked; asked == before;) std::this_thread::yield();
+  };
   std::vector<SolidHandle> others;
   for (const SolidContent& other : random_boxes(300)) {
+    if (others.size() % 8 == 0) wait_for_question();
     others.push_back(*store.acquire(other));
     others.push_back(*store.acquire(box_at_corner(other)));
     if (others.size() % 3 == 0) store.release(others.back()), others.pop_back();
