@@ -25,8 +25,9 @@ int collide_reversed_as_ode(dGeomID box2, dGeomID box1, int flags, dContactGeom*
 }
 
 int collide_boxes(dGeomID box1, dGeomID box2, int flags, dContactGeom* contacts, int skip) {
-  const native::SolidHandle* const solid1 = solid_of_box(box1);
-  const native::SolidHandle* const solid2 = solid1 ? solid_of_box(box2) : nullptr;
+  native::SolidMemory& memory = thread_memory();
+  const native::SolidHandle* const solid1 = solid_of_box(box1, memory);
+  const native::SolidHandle* const solid2 = solid1 ? solid_of_box(box2, memory) : nullptr;
   if (!solid1 || !solid2) return collide_reversed_as_ode(box1, box2, flags, contacts, skip);
   static const std::shared_ptr<native::SolidStore> store = solid_store();
   return collide_solids(box1, *solid1, box2, *solid2, *store, flags, contacts, skip);

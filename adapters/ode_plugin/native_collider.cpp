@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cstring>
+#include <mutex>
 #include <string>
+#include <vector>
 
 #include "touchstone/adapters/ode_plugin/ode_plugin.hpp"
 #include "touchstone/contact_core/narrowphase/no_geometry.hpp"
-#include "touchstone/contact_core/native/engine/solid_memory.hpp"
 
 namespace touchstone {
 namespace ode_plugin {
@@ -16,7 +18,7 @@ namespace {
 using native::SolidHandle;
 using native::SolidStore;
 
-std::atomic<std::uint64_t> checks{0}, refused{0};
+std::atomic<std::uint64_t> refused{0};
 std::atomic<PairObserver*> current_observer{nullptr};
 
 /// Points further apart than this [m] are no contacts: ODE's have no negative depth. With 1e-6 for corners
@@ -31,17 +33,74 @@ double share_of_first(int code) {
   return 0.5;
 }
 
+/// ODE's vector of four numbers, the last zero, as two halves.
+struct FourOfOde {
+  using Two = double __attribute__((vector_size(16)));
+  Two xy, z0;
+
+  explicit FourOfOde(const Vector3& v) : xy{v.x(), v.y()}, z0{v.z(), 0.0} {}
+  void write(dReal* to) const { std::memcpy(to, &xy, sizeof xy), std::memcpy(to + 2, &z0, sizeof z0); }
+};
+
 /// @param n_21_W the contact's normal, a copy: `contact` may be anywhere
-void write_contact(const ContactPoint& point, const Vector3 n_21_W, dGeomID geom1, dGeomID geom2,
+void write_contact(const ContactPoint& point, const FourOfOde n_21_W, dGeomID geom1, dGeomID geom2,
                    dContactGeom& contact) {
-  const double depth = point.separation < 0.0 ? -point.separation : 0.0;
-  const Vector3 middle = 0.5 * (point.p_A_W + point.p_B_W);
-  for (int k = 0; k < 3; ++k) contact.pos[k] = middle[k];
-  for (int k = 0; k < 3; ++k) contact.normal[k] = n_21_W[k];
-  contact.pos[3] = contact.normal[3] = 0.0;
-  contact.depth = depth;
+  FourOfOde middle(point.p_A_W);
+  const FourOfOde p_B(point.p_B_W);
+  middle.xy = 0.5 * (middle.xy + p_B.xy), middle.z0 = 0.5 * (middle.z0 + p_B.z0);
+  middle.write(contact.pos);
+  n_21_W.write(contact.normal);
+  contact.depth = std::max(0.0, -point.separation);
   contact.g1 = geom1, contact.g2 = geom2;
   contact.side1 = contact.side2 = -1;
+}
+
+/// One thread's: nobody waits for another's count, as all would for one that they share.
+class ThreadChecks {
+ public:
+  ThreadChecks() {
+    Counts& counts = all();
+    const std::scoped_lock lock(counts.mutex);
+    counts.of_threads.push_back(&count_);
+  }
+  ~ThreadChecks() {
+    Counts& counts = all();
+    const std::scoped_lock lock(counts.mutex);
+    counts.of_ended += count_.load(std::memory_order_relaxed);
+    std::erase(counts.of_threads, &count_);
+  }
+  ThreadChecks(const ThreadChecks&) = delete;
+  ThreadChecks& operator=(const ThreadChecks&) = delete;
+
+  /// Of this thread alone.
+  void add() { count_.store(count_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed); }
+
+  static std::uint64_t sum() {
+    Counts& counts = all();
+    const std::scoped_lock lock(counts.mutex);
+    std::uint64_t sum = counts.of_ended;
+    for (const Count* const count : counts.of_threads) sum += count->load(std::memory_order_relaxed);
+    return sum;
+  }
+
+ private:
+  using Count = std::atomic<std::uint64_t>;
+  struct Counts {
+    std::mutex mutex;
+    std::vector<const Count*> of_threads;
+    std::uint64_t of_ended = 0;
+  };
+  static Counts& all() {
+    static Counts counts;
+    return counts;
+  }
+
+  Count count_{0};
+};
+
+ThreadChecks& thread_checks() {
+  thread_local ThreadChecks checks;
+  return checks;
 }
 
 }  // namespace
@@ -49,11 +108,6 @@ void write_contact(const ContactPoint& point, const Vector3 n_21_W, dGeomID geom
 std::shared_ptr<SolidStore> solid_store() {
   static const auto store = std::make_shared<SolidStore>();
   return store;
-}
-
-dContactGeom& contact_at(dContactGeom* contacts, int skip, int i) {
-  return *reinterpret_cast<dContactGeom*>(reinterpret_cast<char*>(contacts) +
-                                          static_cast<std::ptrdiff_t>(skip) * i);
 }
 
 void write_pose(dGeomID geom, Pose& X) {
@@ -69,14 +123,20 @@ Pose pose_of(dGeomID geom) {
   return X;
 }
 
-const SolidHandle* solid_of_box(dGeomID box) {
+native::SolidMemory& thread_memory() {
   thread_local native::SolidMemory memory(solid_store());
+  return memory;
+}
+
+const SolidHandle* solid_of_box(dGeomID box, native::SolidMemory& memory) {
   dVector3 sides;
   dGeomBoxGetLengths(box, sides);
   return memory.find_box(sides);
 }
 
-void count_check() { checks.fetch_add(1, std::memory_order_relaxed); }
+const SolidHandle* solid_of_box(dGeomID box) { return solid_of_box(box, thread_memory()); }
+
+void count_check() { thread_checks().add(); }
 
 int refuse() {
   refused.fetch_add(1, std::memory_order_relaxed);
@@ -108,12 +168,13 @@ int collide_solids(dGeomID geom1, const SolidHandle& solid1, dGeomID geom2, cons
   // Pairs apart get no contacts; of the others also points that are slightly apart count.
   if (answer.status == PairStatus::failed) return refuse();
   if (answer.status != PairStatus::overlapping) return 0;
-  const Vector3 n_21_W = -answer.geometry.n_AB_W;
+  const FourOfOde n_21_W(-answer.geometry.n_AB_W);
   const int found = std::min(answer.geometry.point_count, most);
+  // Each is written, and by the next one again if it does not count: no predictor guesses which do.
   int count = 0;
   for (int i = 0; i < found; ++i) {
-    if (answer.points[i].separation > kPointReach) continue;
-    write_contact(answer.points[i], n_21_W, geom1, geom2, contact_at(contacts, skip, count++));
+    write_contact(answer.points[i], n_21_W, geom1, geom2, contact_at(contacts, skip, count));
+    count += answer.points[i].separation <= kPointReach ? 1 : 0;
   }
   return count;
 }
@@ -170,7 +231,7 @@ void observe_contacts(dGeomID box1, dGeomID box2, dContactGeom* contacts, int sk
 
 }  // namespace ode_plugin
 
-std::uint64_t ode_native_checks() { return ode_plugin::checks.load(); }
+std::uint64_t ode_native_checks() { return ode_plugin::ThreadChecks::sum(); }
 std::uint64_t ode_native_refusals() { return ode_plugin::refused.load(); }
 
 }  // namespace touchstone

@@ -2,9 +2,11 @@
 
 #include <ode/ode.h>
 
+#include <cstddef>
 #include <memory>
 
 #include "touchstone/contact_core/narrowphase/pair_observer.hpp"
+#include "touchstone/contact_core/native/engine/solid_memory.hpp"
 #include "touchstone/contact_core/native/engine/solid_store.hpp"
 
 // Shared by the box override and the hexahedron geom.
@@ -20,11 +22,18 @@ int collide_solids(dGeomID geom1, const native::SolidHandle& solid1, dGeomID geo
                    const native::SolidHandle& solid2, const native::SolidStore& store, int flags,
                    dContactGeom* contacts, int skip);
 
+/// The solids that this thread remembers.
+native::SolidMemory& thread_memory();
+
 /// The box's solid, remembered by this thread. Null for a box of zero volume.
+const native::SolidHandle* solid_of_box(dGeomID box, native::SolidMemory& memory);
 const native::SolidHandle* solid_of_box(dGeomID box);
 
 /// The i-th contact of an array with `skip` bytes from one to the next.
-dContactGeom& contact_at(dContactGeom* contacts, int skip, int i);
+inline dContactGeom& contact_at(dContactGeom* contacts, int skip, int i) {
+  return *reinterpret_cast<dContactGeom*>(reinterpret_cast<char*>(contacts) +
+                                          static_cast<std::ptrdiff_t>(skip) * i);
+}
 
 inline int most_contacts(int flags) { return flags & 0xffff; }
 

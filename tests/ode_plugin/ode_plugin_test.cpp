@@ -67,6 +67,20 @@ double depth(const std::vector<dContactGeom>& contacts) {
   return deepest;
 }
 
+TEST_F(OdePlugin, ChecksOfAllThreadsAreCountedAlsoOfThoseThatEnded) {
+  const OdeBoxOverride native;
+  const dGeomID a = box(2, 2, 2, at(0, 0, 0)), b = box(1, 1, 1, at(1.25, 0, 0));
+  const std::uint64_t before = ode_native_checks();
+  collide(a, b);
+  std::thread([&] {
+    dAllocateODEDataForThread(dAllocateMaskAll);
+    for (int i = 0; i < 10; ++i) collide(a, b);
+    EXPECT_EQ(ode_native_checks() - before, 11u);
+    dCleanupODEAllDataForThread();
+  }).join();
+  EXPECT_EQ(ode_native_checks() - before, 11u);
+}
+
 TEST_F(OdePlugin, TheNormalPointsIntoGeom1InEitherOrder) {
   const OdeBoxOverride native;
   const dGeomID large = box(2, 2, 2, at(0, 0, 0)), small = box(1, 1, 1, at(1.25, 0, 0));
