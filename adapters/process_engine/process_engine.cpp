@@ -257,6 +257,7 @@ class Connection final : public Narrowphase::Workspace {
 
   void start() {
     running_ = {std::make_unique<ChildProcess>(engine_->options.command)};
+    has_served_others_ = false;
     const Greeting now = greet(*running_.child, engine_->options.time_limit);
     if (now.name != engine_->greeting.name || now.is_binary != engine_->greeting.is_binary)
       throw InputError("it greets otherwise than before");

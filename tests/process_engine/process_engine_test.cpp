@@ -471,6 +471,21 @@ TEST(ProcessEngine, AProcessThatTiresFailsNoPairOfTheNextWorkspace) {
                                       HasSubstr("in a process that had served before")));
 }
 
+// It ends as it takes the solids of the next workspace. The one started in its place has served nobody.
+TEST(ProcessEngine, WhatReplacesAProcessThatServedHasNotServed) {
+  Engine once({BAD_ENGINE, "once"});
+  const auto narrowphase = once.registry.make_narrowphase(once.name);
+  const std::vector<Hexahedron> more_than_a_pipe_holds(10000, Hexahedron::from_size({1, 1, 1}));
+  const std::vector<Pose> poses(more_than_a_pipe_holds.size());
+  const auto status_of = [&](const SolidPair& pair) {
+    narrowphase->build(more_than_a_pipe_holds);
+    return touchstone::ask(*narrowphase, {&pair, 1}, poses, {.kind = QueryKind::distance}).status[0];
+  };
+  EXPECT_EQ(status_of({0, 1}), PairStatus::separated);
+  EXPECT_EQ(status_of({0, 31}), PairStatus::failed);
+  EXPECT_THAT(once.told, ElementsAre(HasSubstr("on taking solids"), HasSubstr("on pair 0")));
+}
+
 TEST(ProcessEngine, PosesThatAreNotFiniteAreNotSent) {
   Engine bad({BAD_ENGINE, ""});
   Row row;
