@@ -10,7 +10,7 @@
 
 namespace touchstone::native {
 
-inline constexpr DepthRecord kNoDepth{0.0, {}, {}, Certified::unknown, DepthKnown::nothing, 0};
+inline constexpr DepthRecord kNoDepth{0.0, {}, {}, Certified::unknown, DepthKnown::nothing, 0, false};
 
 /// The box times 2^exponent, whatever its magnitudes.
 BoxRecord scaled(const BoxRecord& box, int exponent);

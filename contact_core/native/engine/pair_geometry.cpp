@@ -239,8 +239,9 @@ class PairEvaluation {
   Outcome compute_hulls(PairGeometry& geometry, const ContactPoint* points) {
     if (!is_placed_) place_pair();
     if (!is_general() || has_distance()) return std::nullopt;
-    find_hull_depth(set_, kernels_, given_.pair, placed_, std::max(norm_inf(X_WA().p), norm_inf(X_WB().p)),
-                    depth_);
+    if (!depth_.is_of_hulls)
+      find_hull_depth(set_, kernels_, given_.pair, placed_, std::max(norm_inf(X_WA().p), norm_inf(X_WB().p)),
+                      depth_);
     if (!is_ordinary_) depth_.certified = Certified::unknown;
     if (is_beyond(geometry) || try_distance(geometry, points)) return PairStatus::separated;
     return std::nullopt;

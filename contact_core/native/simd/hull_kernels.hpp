@@ -144,6 +144,7 @@ TOUCHSTONE_INLINE void finish_depth(const PosedHull& A, int count_a, const Posed
   out.certified = is_apart ? Certified::separated : Certified::unknown;
   out.known = DepthKnown::nothing;
   out.axis = 0;
+  out.is_of_hulls = true;
   if (is_apart) return;
   // Edges that could do better.
   const double depth = -faces.best.separation;

@@ -149,6 +149,7 @@ struct alignas(64) DepthRecord {
   /// it tells nothing where contacts alone were asked for. 0-2: along A's face normals, 3-5: B's, 6 + 3 i +
   /// j: across edge i of A and j of B.
   std::uint8_t axis;
+  bool is_of_hulls;  ///< what the kernels of hulls found, be it nothing: they need not be asked again
 };
 
 /// How much of a DistanceRecord holds.
