@@ -152,7 +152,10 @@ class PairEvaluation {
   }
 
   void place_pair() {
-    place(set_, given_.pair, X_WA(), X_WB(), is_ordinary_, placed_);
+    if (is_ordinary_)
+      place_in_lanes(set_, kernels_, given_.pair, input_.poses, placed_);
+    else
+      place(set_, given_.pair, X_WA(), X_WB(), false, placed_);
     is_placed_ = true;
   }
 
@@ -282,7 +285,7 @@ class PairEvaluation {
     if (!is_general() && is_ordinary_)
       clips.add(given_, kind_, geometry, points);
     else
-      write_manifold(placed_, distance, given_.swapped, input_.query, geometry, points);
+      write_manifold(kernels_, placed_, distance, given_.swapped, input_.query, geometry, points);
     return status;
   }
 
@@ -458,16 +461,16 @@ PairStatus finish_pair(const SolidSet& set, const Kernels& kernels, const Narrow
 }
 
 /// Writes the contact of two general hexahedra whose depth is complete, about `origin`.
-void write_hull_contact(const SolidSet& set, const NarrowphaseInput& input, const OrderedPair& pair,
-                        const DepthRecord& depth, const Vector3& origin, PairGeometry& geometry,
-                        ContactPoint* points, HullClipBatch& clips) {
+void write_hull_contact(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
+                        const OrderedPair& pair, const DepthRecord& depth, const Vector3& origin,
+                        PairGeometry& geometry, ContactPoint* points, HullClipBatch& clips) {
   const SignedDistance distance{depth.separation, vector_of(depth.n), vector_of(depth.p_A)};
   write(pair, distance.separation, distance.n, origin + distance.p_A, geometry);
   if (points == nullptr) return;
   if (clips.takes(pair.pair)) return clips.add(pair, distance, true, geometry, points);
   PlacedPair placed;
   place(set, pair.pair, input.poses[pair.pair.a], input.poses[pair.pair.b], true, placed);
-  write_manifold(placed, distance, pair.swapped, input.query, geometry, points);
+  write_manifold(kernels, placed, distance, pair.swapped, input.query, geometry, points);
 }
 
 /// Pairs whose depths are computed at a time, so that their placed vertices stay in the first cache.
@@ -547,8 +550,8 @@ void compute_general(const SolidSet& set, const Kernels& kernels, const Narrowph
   const HullTasks tasks(set, input, batch, records);
   compute_general_depths(set, kernels, input.poses, tasks, [&](std::size_t i, const PlacedHulls& hulls) {
     const std::size_t slot = batch.slots[i];
-    write_hull_contact(set, input, pairs[slot], records.depth[i], vector_of(hulls.origin), out.geometry[slot],
-                       out.points_of(slot), clips);
+    write_hull_contact(set, kernels, input, pairs[slot], records.depth[i], vector_of(hulls.origin),
+                       out.geometry[slot], out.points_of(slot), clips);
     out.status[slot] = PairStatus::overlapping;
   });
   if (wants_distance(input.query)) compute_general_distances(set, kernels, input.poses, batch, records);

@@ -48,28 +48,46 @@ void clip(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& i
 }
 
 /// @param corners where the kernel wrote the task's
-void finish_task(const SolidSet& set, const NarrowphaseInput& input, const ClipTask& task,
-                 const ClipRecord& clipped, ContactPoint* corners, PairGeometry& geometry,
-                 ContactPoint* points) {
+void finish_task(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input,
+                 const ClipTask& task, const ClipRecord& clipped, ContactPoint* corners,
+                 PairGeometry& geometry, ContactPoint* points) {
   SignedDistance distance = distance_of(geometry, task);
   if (!clipped.fits) {
     PlacedPair placed;
     place(set, {task.pair.a, task.pair.b}, input.poses[task.pair.a], input.poses[task.pair.b], true, placed);
     distance.p_A = placed.from_world(distance.p_A);
-    write_manifold(placed, distance, task.swapped, input.query, geometry, points);
+    write_manifold(kernels, placed, distance, task.swapped, input.query, geometry, points);
     return;
   }
   geometry.point_count = finish_clip(distance, task.swapped, clipped, most_points(input), corners);
   if (corners != points) std::copy(corners, corners + geometry.point_count, points);
 }
 
+/// Quadrangles by the kernel of one pair. False where it does not take them.
+bool make_manifold_in_lanes(const Kernels& kernels, const PosedPair& pair, const SignedDistance& distance,
+                            double max_point_separation, int max_points, bool swapped, Manifold& manifold) {
+  const QuadFaces &a = pair.a->quads, &b = pair.b->quads;
+  if (!a.are_quads || !b.are_quads) return false;
+  const Vector3& n = distance.n;
+  const double n_separation[4] = {n.x(), n.y(), n.z(), distance.separation};
+  HullClipRecord clipped;
+  kernels.clip_hull_pair({&a, pair.hulls.a.x.data(), pair.R_WA.data()},
+                         {&b, pair.hulls.b.x.data(), pair.R_WB.data()}, n_separation, pair.hulls.extent,
+                         max_point_separation, &clipped);
+  if ((clipped.bits >> HullClipBits::kFits & 1u) == 0) return false;
+  finish_hull_clip(clipped, distance, max_point_separation, max_points, swapped, manifold);
+  return true;
+}
+
 }  // namespace
 
-void write_manifold(const PlacedPair& placed, const SignedDistance& distance, bool swapped,
-                    const Query& query, PairGeometry& geometry, ContactPoint* points) {
+void write_manifold(const Kernels& kernels, const PlacedPair& placed, const SignedDistance& distance,
+                    bool swapped, const Query& query, PairGeometry& geometry, ContactPoint* points) {
   Manifold manifold;
-  make_manifold(placed.pair, distance, placed.from_world(query.max_point_separation),
-                std::clamp(query.max_points, 1, kMaxManifoldPoints), swapped, manifold);
+  const double limit = placed.from_world(query.max_point_separation);
+  const int most = std::clamp(query.max_points, 1, kMaxManifoldPoints);
+  if (!make_manifold_in_lanes(kernels, placed.pair, distance, limit, most, swapped, manifold))
+    make_manifold(placed.pair, distance, limit, most, swapped, manifold);
   geometry.point_count = manifold.count;
   for (int i = 0; i < manifold.count; ++i) {
     const ContactPoint& from = manifold.points[i];
@@ -93,7 +111,7 @@ void clip_pair(const SolidSet& set, const Kernels& kernels, const NarrowphaseInp
   task.points = reinterpret_cast<PointRecord*>(corners);
   ClipRecord clipped;
   clip(set, kernels, input, kind, {&task, 1}, &clipped);
-  finish_task(set, input, task, clipped, corners, geometry, points);
+  finish_task(set, kernels, input, task, clipped, corners, geometry, points);
 }
 
 ClipBatch::ClipBatch(const SolidSet& set, const Kernels& kernels, const NarrowphaseInput& input)
@@ -116,7 +134,7 @@ void ClipBatch::run() {
   std::array<ClipRecord, kMost> clipped;
   clip(set_, kernels_, input_, kind_, std::span(tasks_).first(count_), clipped.data());
   for (std::size_t i = 0; i < count_; ++i)
-    finish_task(set_, input_, tasks_[i], clipped[i], corners_of(i), *geometry_[i], points_[i]);
+    finish_task(set_, kernels_, input_, tasks_[i], clipped[i], corners_of(i), *geometry_[i], points_[i]);
   count_ = 0;
 }
 
@@ -158,7 +176,7 @@ void HullClipBatch::write(std::size_t i, const HullClipRecord& clipped) const {
     place(set_, {task.pair.a, task.pair.b}, input_.poses[task.pair.a], input_.poses[task.pair.b], true,
           placed);
     if (!pair.about_origin) distance.p_A = placed.from_world(distance.p_A);
-    write_manifold(placed, distance, pair.swapped, input_.query, *pair.geometry, pair.points);
+    write_manifold(kernels_, placed, distance, pair.swapped, input_.query, *pair.geometry, pair.points);
     return;
   }
   // The others' points are about A's first vertex.

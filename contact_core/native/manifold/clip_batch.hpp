@@ -19,8 +19,8 @@ struct OrderedPair {
 };
 
 /// Writes the manifold of a placed pair for the caller. @param geometry the pair's, its point_count is set.
-void write_manifold(const PlacedPair& placed, const SignedDistance& distance, bool swapped,
-                    const Query& query, PairGeometry& geometry, ContactPoint* points);
+void write_manifold(const Kernels& kernels, const PlacedPair& placed, const SignedDistance& distance,
+                    bool swapped, const Query& query, PairGeometry& geometry, ContactPoint* points);
 
 /// The manifold of one pair of boxes or parallelepipeds whose geometry is written and within the query's
 /// reach. @param kind of both, not general

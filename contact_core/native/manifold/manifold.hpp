@@ -16,8 +16,9 @@ struct Manifold {
 
 /// The manifold of a pair of hexahedra that the kernels for boxes and parallelepipeds do not take: those clip
 /// one pair of boxes in simd/box_pair_clip.hpp, many pairs in simd/manifold_kernels.hpp, led by
-/// clip_batch.hpp. Of a batch's pairs whose solids have six plane faces each, simd/hull_clip_lanes.hpp takes
-/// the same steps in lanes, and finish_hull_clip() the rest.
+/// clip_batch.hpp. Where faces are the solids' own quadrangles, the same steps are taken in lanes: of one
+/// pair by simd/hull_pair_clip.hpp, of a batch's pairs of plane faces by simd/hull_clip_lanes.hpp, and the
+/// rest by finish_hull_clip().
 ///
 /// The face of each hull whose normal is most along n (A) and against n (B), seen along n and clipped against
 /// each other (polygon_clip.hpp). Each corner of the clip lies on an edge of one face; carried along n onto
@@ -84,7 +85,8 @@ void make_manifold(const PosedPair& pair, const SignedDistance& distance, double
 int finish_clip(const SignedDistance& distance_W, bool swapped, const ClipRecord& clipped, int max_points,
                 ContactPoint* points);
 
-/// As make_manifold(), of a pair whose faces clip_hulls has clipped about A's first vertex: the same bits.
+/// As make_manifold(), of a pair whose faces clip_hulls or clip_hull_pair has clipped about A's first vertex:
+/// the same bits.
 /// @pre its record fits. @param max_point_separation of that call.
 void finish_hull_clip(const HullClipRecord& clipped, const SignedDistance& distance,
                       double max_point_separation, int max_points, bool swapped, Manifold& manifold);

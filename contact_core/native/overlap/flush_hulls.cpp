@@ -9,6 +9,7 @@
 #include "touchstone/contact_core/native/common/tangent_frame.hpp"
 #include "touchstone/contact_core/native/overlap/gjk.hpp"
 #include "touchstone/contact_core/native/overlap/mpr.hpp"
+#include "touchstone/contact_core/native/solids/solid_set.hpp"
 
 // A linear map with an inverse leaves alone whether hulls meet. This one takes p - p_W to (x . p, y . p, n .
 // p), x, y, n orthonormal to a few u as doubles, and then scales the heights n . p by a power of two, 2^k.
@@ -49,9 +50,6 @@ struct FramedHull {
   unsigned far = 0;  ///< a bit for each of the others
   int deepest = 0;   ///< the vertex furthest inside
 };
-
-const VertexRecord& as_record(const WorldVertices& v) { return reinterpret_cast<const VertexRecord&>(v); }
-VertexRecord& as_record(WorldVertices& v) { return reinterpret_cast<VertexRecord&>(v); }
 
 /// Returns the largest |p - p_W|_1.
 double to_frame(const Kernels& kernels, const WorldVertices& a_W, const WorldVertices& b_W,

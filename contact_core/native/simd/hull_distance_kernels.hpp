@@ -161,6 +161,35 @@ TOUCHSTONE_INLINE void place_pair(const PoseRecord& X_WA, const VertexRecord& a,
                  (out.extent > all<Double2>(kDistanceLow));
 }
 
+/// place() of two solids.
+template <class Pack>
+TOUCHSTONE_INLINE double place_hulls_inline(const PoseRecord& X_WA, const VertexRecord& a_S,
+                                            const PoseRecord& X_WB, const VertexRecord& b_S,
+                                            VertexRecord& a_W, VertexRecord& b_W, VertexRecord& a,
+                                            VertexRecord& b) {
+  Pack extent{};
+  const auto place =
+      [](const PoseRecord& X, const VertexRecord& from, VertexRecord& to) __attribute__((always_inline)) {
+    for (int i = 0; i < 8; i += Traits<Pack>::lanes) {
+      const Vector3Of<Pack> v = {load<Pack>(from.x + i), load<Pack>(from.y + i), load<Pack>(from.z + i)};
+      const Vector3Of<Pack> v_W = rotated<Pack>(X.R, v) + broadcast<Pack>(Point{X.p[0], X.p[1], X.p[2]});
+      store(v_W.x, to.x + i), store(v_W.y, to.y + i), store(v_W.z, to.z + i);
+    }
+  };
+  place(X_WA, a_S, a_W), place(X_WB, b_S, b_W);
+  const Vector3Of<Pack> origin = broadcast<Pack>(Point{a_W.x[0], a_W.y[0], a_W.z[0]});
+  const auto shift_to = [&](const VertexRecord& from, VertexRecord& to) __attribute__((always_inline)) {
+    for (int i = 0; i < 8; i += Traits<Pack>::lanes) {
+      const Vector3Of<Pack> v =
+          Vector3Of<Pack>{load<Pack>(from.x + i), load<Pack>(from.y + i), load<Pack>(from.z + i)} - origin;
+      store(v.x, to.x + i), store(v.y, to.y + i), store(v.z, to.z + i);
+      extent = greatest(extent, largest(v));
+    }
+  };
+  shift_to(a_W, a), shift_to(b_W, b);
+  return greatest_lane(extent);
+}
+
 /// The first vertex of the greatest axis . v, and that value.
 template <class Wide>
 TOUCHSTONE_INLINE int highest(const double (&v)[24], const Point& axis, double& value) {

@@ -10,6 +10,7 @@
 #include "touchstone/contact_core/native/simd/hull_depth_batch.hpp"
 #include "touchstone/contact_core/native/simd/hull_distance_kernels.hpp"
 #include "touchstone/contact_core/native/simd/hull_kernels.hpp"
+#include "touchstone/contact_core/native/simd/hull_pair_clip.hpp"
 #include "touchstone/contact_core/native/simd/manifold_kernels.hpp"
 #include "touchstone/contact_core/native/simd/mpr_kernels.hpp"
 #include "touchstone/contact_core/native/simd/pair_facets.hpp"
@@ -105,6 +106,12 @@ struct Table {
       compute_depths_inline<Pack, ParallelepipedSolid>(poses, shapes, pairs, count, out);
   }
 
+  static double place_hulls(const PoseRecord& X_WA, const VertexRecord& a_S, const PoseRecord& X_WB,
+                            const VertexRecord& b_S, VertexRecord& a_W, VertexRecord& b_W, VertexRecord& a,
+                            VertexRecord& b) {
+    return place_hulls_inline<Pack>(X_WA, a_S, X_WB, b_S, a_W, b_W, a, b);
+  }
+
   static void compute_hull_depth(const HullView& a, const HullView& b, double extent, double position,
                                  DepthRecord* out) {
     compute_hull_depth_inline<Pack>(a, b, extent, position, *out);
@@ -183,6 +190,11 @@ struct Table {
     clip_hulls_inline<Pack>(poses, shapes, tasks, count, max_point_separation, out);
   }
 
+  static void clip_hull_pair(const QuadView& a, const QuadView& b, const double (&n_separation)[4],
+                             double extent, double max_point_separation, HullClipRecord* out) {
+    clip_hull_pair_inline<Pack>(a, b, n_separation, extent, max_point_separation, *out);
+  }
+
   static constexpr Kernels named(const char* isa) {
     return {
         .isa = isa,
@@ -197,6 +209,7 @@ struct Table {
         .certify_by_axis = certify_by_axis,
         .compute_box_depths = compute_box_depths,
         .compute_parallelepiped_depths = compute_parallelepiped_depths,
+        .place_hulls = place_hulls,
         .compute_box_pair_depth = compute_box_pair_depth,
         .compute_hull_depth = compute_hull_depth,
         .compute_hull_depths = compute_hull_depths,
@@ -207,7 +220,8 @@ struct Table {
         .compute_hull_distances = compute_hull_distances,
         .clip_boxes = clip_boxes,
         .clip_parallelepipeds = clip<ParallelepipedSolid>,
-        .clip_hulls = clip_hulls};
+        .clip_hulls = clip_hulls,
+        .clip_hull_pair = clip_hull_pair};
   }
 };
 

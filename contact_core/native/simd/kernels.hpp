@@ -116,6 +116,27 @@ struct alignas(64) PlainHull {
   bool is_regular;       ///< whether its HullRecord has kRegularHull and these normals
 };
 
+/// The faces of a solid of six quadrangles, plane or bent, in the order of kQuads, each as its loop there.
+struct alignas(64) QuadFaces {
+  /// Of a bent face's triangles; of a plane face its own, twice.
+  struct alignas(64) Planes {
+    double normals[2][4];  ///< outward, unit, in the solid's frame: x, y, z, nothing
+  };
+
+  double normals[3][8];  ///< of the faces, likewise: x of six, y, z
+  Planes planes[6];
+  std::uint8_t anchor[6];  ///< a vertex that is on all of a face's planes
+  std::uint8_t bent;       ///< a bit a face
+  bool are_quads;          ///< whether the solid is such a one: else the rest is nothing
+};
+
+/// A posed solid for clip_hull_pair.
+struct QuadView {
+  const QuadFaces* faces;
+  const double* vertices;  ///< as HullView's
+  const double* R;
+};
+
 /// A posed solid for compute_hull_depth.
 struct HullView {
   const HullRecord* hull;
@@ -316,6 +337,12 @@ struct Kernels {
                              std::size_t count, DepthRecord* out);
   void (*compute_parallelepiped_depths)(const PoseRecord* poses, const ParallelepipedEdges* shapes,
                                         const PairIndices* pairs, std::size_t count, DepthRecord* out);
+  /// place() of solids of ordinary magnitudes, from their own frames into the world and about A's first
+  /// vertex.
+  /// @returns HullPair::extent
+  double (*place_hulls)(const PoseRecord& X_WA, const VertexRecord& a_S, const PoseRecord& X_WB,
+                        const VertexRecord& b_S, VertexRecord& a_W, VertexRecord& b_W, VertexRecord& a,
+                        VertexRecord& b);
   /// One pair, as the first.
   void (*compute_box_pair_depth)(const PoseRecord* poses, const BoxRecord* shapes, PairIndices pair,
                                  PairNeed need, DepthRecord* out);
@@ -357,6 +384,10 @@ struct Kernels {
   /// The same for general hexahedra; pairs that do not fit are left to make_manifold().
   void (*clip_hulls)(const PoseRecord* poses, const VertexRecord* shapes, const HullClipTask* tasks,
                      std::size_t count, double max_point_separation, HullClipRecord* out);
+  /// The same of one pair, faces bent or plane; sets no `origin`. @param n_separation as HullClipTask's.
+  /// @param extent see HullPair
+  void (*clip_hull_pair)(const QuadView& a, const QuadView& b, const double (&n_separation)[4], double extent,
+                         double max_point_separation, HullClipRecord* out);
 };
 
 /// The instruction sets that this machine runs, the narrowest first.

@@ -28,6 +28,15 @@ Vector3 scaled(const Vector3& p, int exponent) {
   return {std::scalbn(p.x(), exponent), std::scalbn(p.y(), exponent), std::scalbn(p.z(), exponent)};
 }
 
+/// All but the vertices.
+void complete(const SolidSet& set, const SolidPair& solids, const Pose& X_WA, const Pose& X_WB,
+              PosedPair& pair) {
+  pair.a = &set.solids[solids.a].hull->features, pair.b = &set.solids[solids.b].hull->features;
+  pair.R_WA = X_WA.R, pair.R_WB = X_WB.R;
+  pair.start =
+      (pair.hulls.b.vertex(0) - pair.hulls.a.vertex(0)) + (pair.hulls.b.vertex(7) - pair.hulls.a.vertex(7));
+}
+
 /// A power of two that brings `magnitude` to [1, 2).
 int exponent_for(double magnitude) { return magnitude > 0.0 ? -std::ilogb(magnitude) : 0; }
 
@@ -80,10 +89,20 @@ void place(const SolidSet& set, const SolidPair& solids, const Pose& X_WA, const
     pair.hulls.extent = std::scalbn(pair.hulls.extent, second);
     out.exponent += second;
   }
-  pair.a = &set.solids[solids.a].hull->features, pair.b = &set.solids[solids.b].hull->features;
-  pair.R_WA = X_WA.R, pair.R_WB = X_WB.R;
-  pair.start =
-      (pair.hulls.b.vertex(0) - pair.hulls.a.vertex(0)) + (pair.hulls.b.vertex(7) - pair.hulls.a.vertex(7));
+  complete(set, solids, X_WA, X_WB, pair);
+}
+
+void place_in_lanes(const SolidSet& set, const Kernels& kernels, const SolidPair& solids,
+                    std::span<const Pose> poses, PlacedPair& out) {
+  const PoseRecord* const X_W = records_of(poses);
+  const VertexRecord* const v_S = vertex_records(set);
+  HullPair& hulls = out.pair.hulls;
+  hulls.extent =
+      kernels.place_hulls(X_W[solids.a], v_S[solids.a], X_W[solids.b], v_S[solids.b], as_record(out.a_W),
+                          as_record(out.b_W), as_record(hulls.a), as_record(hulls.b));
+  out.origin_W = out.a_W.vertex(0);
+  out.exponent = 0;
+  complete(set, solids, poses[solids.a], poses[solids.b], out.pair);
 }
 
 }  // namespace touchstone::native

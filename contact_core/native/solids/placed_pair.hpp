@@ -35,5 +35,8 @@ struct PlacedPair {
 
 void place(const SolidSet& set, const SolidPair& solids, const Pose& X_WA, const Pose& X_WB, bool ordinary,
            PlacedPair& out);
+/// The same bits of an ordinary pair, by a kernel.
+void place_in_lanes(const SolidSet& set, const Kernels& kernels, const SolidPair& solids,
+                    std::span<const Pose> poses, PlacedPair& out);
 
 }  // namespace touchstone::native

@@ -308,6 +308,35 @@ void add_direction(const Vector3& direction, std::array<Vector3, N>& directions,
   directions[count++] = direction;
 }
 
+/// The faces, where they are the six that the solid's vertices have in its own order.
+QuadFaces quad_faces(const SolidFeatures& features) {
+  QuadFaces out{};
+  if (features.face_count != 6) return out;
+  unsigned found = 0;
+  for (int f = 0; f < 6; ++f) {
+    // The face's number.
+    const HullFace& face = features.faces[f];
+    const auto& quads = Hexahedron::kFaceVertices;
+    const auto* const quad = std::find_if(quads.begin(), quads.end(), [&face](const auto& loop) {
+      return face.count == 4 && std::equal(loop.begin(), loop.end(), face.vertices.begin());
+    });
+    if (quad == quads.end()) return out;
+    const auto number = static_cast<std::size_t>(quad - quads.begin());
+    found |= 1u << number;
+    // Its planes.
+    const bool is_plane = face.bend == HullFace::kPlane;
+    const Bend bend = is_plane ? Bend{0, {face.normal, face.normal}} : features.bends[face.bend];
+    out.anchor[number] = face.vertices[bend.ridge];
+    if (!is_plane) out.bent = static_cast<std::uint8_t>(out.bent | 1u << number);
+    for (int k = 0; k < 3; ++k) {
+      out.normals[k][number] = face.normal(k);
+      for (int i = 0; i < 2; ++i) out.planes[number].normals[i][k] = bend.normals[i](k);
+    }
+  }
+  out.are_quads = found == 0x3fu;
+  return out;
+}
+
 SolidFeatures box_features() {
   SolidFeatures out;
   out.face_count = 6;
@@ -320,6 +349,7 @@ SolidFeatures box_features() {
   }
   out.normal_count = out.edge_count = 3;
   for (int i = 0; i < 3; ++i) out.normals[i] = out.edges[i] = Vector3::Unit(i);
+  out.quads = quad_faces(out);
   return out;
 }
 
@@ -501,6 +531,7 @@ SolidFeatures find_features(const Hexahedron& solid, HullRecord* record) {
   if (solid.is_box()) return box_features();
   SolidFeatures out;
   find_faces(solid, hull, out);
+  out.quads = quad_faces(out);
   for (int f = 0; f < static_cast<int>(hull.facets.size()); ++f)
     if (hull.facets[f].leader == f) add_direction(hull.facets[f].normal, out.normals, out.normal_count);
   for (const Edge& edge : hull.edges)
@@ -510,21 +541,10 @@ SolidFeatures find_features(const Hexahedron& solid, HullRecord* record) {
 
 PlainHull plain_hull(const SolidFeatures& features, const HullRecord& record) {
   PlainHull out{};
-  if (features.face_count != 6) return out;
-  unsigned found = 0;
-  for (int f = 0; f < 6; ++f) {
-    const HullFace& face = features.faces[f];
-    if (face.count != 4 || face.bend != HullFace::kPlane) return out;
-    const auto& quads = Hexahedron::kFaceVertices;
-    const auto* const quad = std::find_if(quads.begin(), quads.end(), [&face](const auto& loop) {
-      return std::equal(loop.begin(), loop.end(), face.vertices.begin());
-    });
-    if (quad == quads.end()) return out;
-    const auto number = quad - quads.begin();
-    found |= 1u << number;
-    for (int k = 0; k < 3; ++k) out.normals[k][number] = face.normal(k);
-  }
-  out.is_plain = found == 0x3fu;
+  const QuadFaces& quads = features.quads;
+  if (!quads.are_quads || quads.bent != 0) return out;
+  for (int k = 0; k < 3; ++k) std::copy_n(quads.normals[k], 6, out.normals[k]);
+  out.is_plain = true;
   out.is_regular = is_regular(record, out);
   return out;
 }

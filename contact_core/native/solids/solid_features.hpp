@@ -38,6 +38,7 @@ struct SolidFeatures {
   std::array<Vector3, 18> edges;
   int bend_count = 0;
   std::array<Bend, 6> bends;
+  QuadFaces quads{};  ///< the faces again, for the kernels
 };
 
 /// The hull's features, found with exact predicates.

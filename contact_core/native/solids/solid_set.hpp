@@ -77,7 +77,13 @@ inline const WorldVertices& local_vertices(const SolidSet& set, std::size_t soli
   return set.ordinary[solid] ? set.vertices[solid] : set.solids[solid].hull->vertices_S;
 }
 
-/// SolidSet::vertices as the kernels read them.
+/// Vertices as the kernels read them.
+inline const VertexRecord& as_record(const WorldVertices& v) {
+  return reinterpret_cast<const VertexRecord&>(v);
+}
+inline VertexRecord& as_record(WorldVertices& v) { return reinterpret_cast<VertexRecord&>(v); }
+
+/// SolidSet::vertices likewise.
 const VertexRecord* vertex_records(const SolidSet& set);
 
 SolidSet make_solid_set(std::span<const Hexahedron> solids);

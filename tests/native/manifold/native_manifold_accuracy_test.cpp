@@ -469,6 +469,89 @@ TEST(NativeManifoldAccuracy, EveryInstructionSetClipsGeneralPairsToTheSameBits) 
   EXPECT_GT(share([](const auto& clip) { return clip.flush != 0; }), 0.2);
 }
 
+/// The same solids with corners as a file of floats has them, in frames in which that bends their faces.
+void put_into_floats(Random& random, AllPairs& scene) {
+  for (std::size_t i = 0; i < scene.solids.size(); ++i) {
+    const Matrix3 R = random.pose(1).R;
+    auto vertices = scene.solids[i].vertices();
+    for (Vector3& v : vertices) v = Vector3(R * v).cast<float>().cast<double>();
+    scene.solids[i] = Hexahedron::from_vertices(vertices);
+    scene.poses[i].R = Matrix3(scene.poses[i].R * R.transpose());
+  }
+}
+
+/// A pair as the check takes it, and its answer.
+struct Prepared {
+  native::PlacedPair placed;
+  native::SignedDistance distance;
+};
+void prepare(const native::SolidSet& set, const AllPairs& scene, const Answers& answers, std::size_t i,
+             Prepared& out) {
+  SolidPair pair = scene.pairs[i];
+  const PairGeometry& geometry = answers.geometry[i];
+  const bool swapped = !native::comes_first(set, pair, scene.poses[pair.a], scene.poses[pair.b]);
+  if (swapped) std::swap(pair.a, pair.b);
+  native::place(set, pair, scene.poses[pair.a], scene.poses[pair.b], true, out.placed);
+  out.distance = {geometry.separation, (swapped ? -1.0 : 1.0) * geometry.n_AB_W,
+                  out.placed.from_world(swapped ? geometry.p_B_W : geometry.p_A_W)};
+}
+
+/// By the kernel of one pair; false where it does not fit.
+bool clip_in_lanes(const native::Kernels& kernels, const Prepared& pair, double limit, bool swapped,
+                   native::Manifold& out) {
+  const native::PosedPair& posed = pair.placed.pair;
+  const Vector3& n = pair.distance.n;
+  const double n_separation[4] = {n.x(), n.y(), n.z(), pair.distance.separation};
+  native::HullClipRecord clipped;
+  kernels.clip_hull_pair({&posed.a->quads, posed.hulls.a.x.data(), posed.R_WA.data()},
+                         {&posed.b->quads, posed.hulls.b.x.data(), posed.R_WB.data()}, n_separation,
+                         posed.hulls.extent, limit, &clipped);
+  if ((clipped.bits >> native::HullClipBits::kFits & 1u) == 0) return false;
+  native::finish_hull_clip(clipped, pair.distance, limit, kMaxManifoldPoints, swapped, out);
+  return true;
+}
+
+void expect_same_points(const native::Manifold& p, const native::Manifold& q) {
+  ASSERT_EQ(p.count, q.count);
+  for (std::size_t k = 0; k < static_cast<std::size_t>(p.count); ++k) {
+    ASSERT_EQ(p.points[k].feature_id, q.points[k].feature_id) << k;
+    ASSERT_TRUE(same_bits(p.points[k].separation, q.points[k].separation)) << k;
+    ASSERT_TRUE(same_bits(p.points[k].p_A_W, q.points[k].p_A_W)) << k;
+    ASSERT_TRUE(same_bits(p.points[k].p_B_W, q.points[k].p_B_W)) << k;
+  }
+}
+
+TEST(NativeManifoldAccuracy, TheKernelOfOnePairHasTheBitsOfScalarCodeForPlaneAndBentFaces) {
+  Random random(31);
+  for (const bool bent : {false, true}) {
+    AllPairs scene = crossing_and_flush_blocks(random, 200);
+    if (bent) put_into_floats(random, scene);
+    const native::SolidSet set = native::make_solid_set(scene.solids);
+    const auto native = make_native();
+    native->build(scene.solids);
+    const Answers answers = ask(*native, scene.pairs, scene.poses, whole_clip());
+    int asked = 0, fitting = 0;
+    for (std::size_t i = 0; i < scene.pairs.size(); ++i) {
+      Prepared pair;
+      prepare(set, scene, answers, i, pair);
+      ASSERT_EQ(pair.placed.pair.a->quads.bent != 0, bent);
+      // All points, and those near, of either order.
+      const double limit = i % 2 == 0 ? INFINITY : 0.05;
+      native::Manifold expected, got;
+      native::make_manifold(pair.placed.pair, pair.distance, limit, kMaxManifoldPoints, i % 3 == 0, expected);
+      for (int k = 0; k < native::available_kernels().count; ++k, ++asked) {
+        const native::Kernels& kernels = *native::available_kernels().of[k];
+        if (!clip_in_lanes(kernels, pair, limit, i % 3 == 0, got)) continue;
+        SCOPED_TRACE(kernels.isa + (" " + std::to_string(i)));
+        expect_same_points(expected, got);
+        if (HasFatalFailure()) return;
+        ++fitting;
+      }
+    }
+    EXPECT_GT(2 * fitting, asked) << bent;
+  }
+}
+
 /// The id of the same corner, for whom A and B are exchanged: see edge_label().
 std::uint32_t exchanged(std::uint32_t id) {
   if (id == 0x10000) return id;
