@@ -56,7 +56,7 @@ TOUCHSTONE_INLINE void compute_hull_depths_inline(const PoseRecord* poses, const
                                                   std::size_t fetched) {
   // So many at a time have their faces compared, without a branch; then come edges. Meanwhile as many later
   // ones are fetched, little by little, as only so many lines can be on their way.
-  constexpr std::size_t kTogether = 8;
+  constexpr std::size_t kTogether = 4;
   ComparedPair pairs[kTogether];
   for (std::size_t first = 0; first < count; first += kTogether) {
     const std::size_t here = count - first < kTogether ? count - first : kTogether;
