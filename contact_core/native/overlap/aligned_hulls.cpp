@@ -69,19 +69,26 @@ AlignedHull align(const WorldVertices& v) {
   return out;
 }
 
-bool holds_a_vertex(const AlignedHull& hull, const WorldVertices& v) {
-  unsigned within = 0xff;
+/// Whether a line between two vertices, or a vertex, certainly has a point in the hull's inner box: of those
+/// that the box's other two intervals hold, one lies at most at the end of an interval, one at least at its
+/// start. The line between them keeps to the other two, too.
+bool goes_through(const AlignedHull& hull, const WorldVertices& v) {
+  std::array<unsigned, 3> below{}, above{};  // a bit for each vertex
   for (int axis = 0; axis < 3; ++axis) {
     const Double2 low = all<Double2>(hull.inner[axis].low), high = all<Double2>(hull.inner[axis].high);
     const std::array<double, 8>& c = coordinate(v, axis);
-    unsigned here = 0;
     for (int i = 0; i < 8; i += 2) {
       const Double2 p = load(&c[i]);
-      here |= bits((low <= p) & (p <= high)) << i;
+      below[axis] |= bits(p <= high) << i, above[axis] |= bits(low <= p) << i;
     }
-    within &= here;
   }
-  return within != 0;
+  bool out = false;
+  for (int axis = 0; axis < 3; ++axis) {
+    const int next = (axis + 1) % 3, last = (axis + 2) % 3;
+    const unsigned beside = below[next] & above[next] & below[last] & above[last];
+    out |= (beside & below[axis]) != 0 && (beside & above[axis]) != 0;
+  }
+  return out;
 }
 
 /// Half the box's reach along the world's axes. False where an axis of the box is none of them.
@@ -124,7 +131,7 @@ Certified certify_aligned(const WorldVertices& a_W, const WorldVertices& b_W) {
     inner_meet &= meet(a.inner[axis], b.inner[axis]);
   }
   if (!outer_meet) return Certified::separated;
-  if (inner_meet || (a.has_inner && holds_a_vertex(a, b_W)) || (b.has_inner && holds_a_vertex(b, a_W)))
+  if (inner_meet || (a.has_inner && goes_through(a, b_W)) || (b.has_inner && goes_through(b, a_W)))
     return Certified::overlapping;
   return Certified::unknown;
 }

@@ -13,8 +13,8 @@ using numerics::Certified;
 ///
 /// A hull with a vertex in each octant around a box, beyond its corner there in every coordinate, holds the
 /// box: along any direction the vertex of the octant that it points to lies beyond all of the box. So hulls
-/// meet whose inner boxes do, or of which a vertex lies in the other's inner box; they are apart where their
-/// coordinates' intervals do not meet.
+/// meet whose inner boxes do, or of which a vertex, or a line between two, goes through the other's inner
+/// box; they are apart where their coordinates' intervals do not meet.
 Certified certify_aligned(const WorldVertices& a_W, const WorldVertices& b_W);
 /// Whether their coordinates' intervals alone show hulls to be apart.
 bool are_apart_by_coordinates(const WorldVertices& a_W, const WorldVertices& b_W);

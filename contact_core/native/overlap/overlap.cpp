@@ -168,11 +168,12 @@ struct Block {
   std::array<PairAxis, kBlock> axes;
 };
 
-/// Writes what is certified; pairs left unknown make up `rest`.
+/// Writes what is certified; pairs left unknown make up `rest`, which may be the batch.
 void write_certified(const Batch& batch, const std::array<Certified, kBlock>& certified,
                      std::span<PairStatus> status, Batch& rest) {
+  const std::size_t count = batch.count;
   rest.count = 0;
-  for (std::size_t i = 0; i < batch.count; ++i) {
+  for (std::size_t i = 0; i < count; ++i) {
     if (certified[i] == Certified::unknown)
       rest.add({batch.pairs[i].a, batch.pairs[i].b}, batch.slots[i]);
     else
@@ -203,26 +204,27 @@ void compute_depths(const SolidSet& set, const Kernels& kernels, SolidKind kind,
                                           pairs.size(), depths);
 }
 
-/// By comparing coordinates, then by the depth kernels, whose margins are the finest and whose axis the hulls
-/// touch along, then by the hulls. @pre finite poses.
-void settle_closely(const SolidSet& set, const Kernels& kernels, SolidKind kind, Batch& batch,
-                    std::span<const Pose> poses, std::span<PairStatus> status) {
-  // Filters read no vertices.
-  if (kind == SolidKind::parallelepiped)
+/// Boxes are few here: the kernel for boxes that touch compares their coordinates, too.
+void compare_coordinates(const SolidSet& set, const Kernels& kernels, SolidKind kind, const Batch& batch,
+                         std::span<const Pose> poses, std::array<Certified, kBlock>& out) {
+  if (kind == SolidKind::box) {
     for (std::size_t i = 0; i < batch.count; ++i)
-      prefetch(set.vertices[batch.pairs[i].a]), prefetch(set.vertices[batch.pairs[i].b]);
-  // Coordinates decide most pairs that touch exactly; the others stay in the batch.
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < batch.count; ++i) {
-    const PairIndices pair = batch.pairs[i];
-    const std::uint16_t slot = batch.slots[i];
-    const Certified certified = certify_by_coordinates(set, {pair.a, pair.b}, poses);
-    if (certified == Certified::unknown)
-      batch.pairs[kept] = pair, batch.slots[kept++] = slot;
-    else
-      status[slot] = to_status(certified == Certified::overlapping);
+      out[i] = certify_by_coordinates(set, {batch.pairs[i].a, batch.pairs[i].b}, poses);
+    return;
   }
-  batch.count = kept;
+  // Filters read no vertices.
+  for (std::size_t i = 0; i < batch.count; ++i)
+    prefetch(set.vertices[batch.pairs[i].a]), prefetch(set.vertices[batch.pairs[i].b]);
+  kernels.certify_aligned(records_of(poses), vertex_records(set), batch.pairs.data(), batch.count,
+                          out.data());
+}
+
+/// By comparing coordinates, which decides most pairs that touch exactly, then by the depth kernels, whose
+/// margins are the finest and whose axis the hulls touch along, then by the hulls. @pre finite poses.
+void settle_closely(const SolidSet& set, const Kernels& kernels, SolidKind kind, std::span<const Pose> poses,
+                    std::span<PairStatus> status, std::array<Certified, kBlock>& certified_of, Batch& batch) {
+  compare_coordinates(set, kernels, kind, batch, poses, certified_of);
+  write_certified(batch, certified_of, status, batch);
   // The depth kernels come next, and the hulls for pairs that these leave unknown.
   std::array<DepthRecord, kDepths> depths;
   for (std::size_t first = 0; first < batch.count; first += kDepths) {
@@ -252,7 +254,7 @@ void settle_boxes(const SolidSet& set, const Kernels& kernels, std::span<const P
   write_certified(block.rest, block.certified, status, block.boxes);
   if (block.boxes.count == 0) return;
   fail_not_finite(poses, status, block.boxes);
-  settle_closely(set, kernels, SolidKind::box, block.boxes, poses, status);
+  settle_closely(set, kernels, SolidKind::box, poses, status, block.certified, block.boxes);
 }
 
 void settle_parallelepipeds(const SolidSet& set, const Kernels& kernels, std::span<const Pose> poses,
@@ -262,7 +264,7 @@ void settle_parallelepipeds(const SolidSet& set, const Kernels& kernels, std::sp
                                   block.certified.data());
   write_certified(block.parallelepipeds, block.certified, status, block.rest);
   fail_not_finite(poses, status, block.rest);
-  settle_closely(set, kernels, SolidKind::parallelepiped, block.rest, poses, status);
+  settle_closely(set, kernels, SolidKind::parallelepiped, poses, status, block.certified, block.rest);
 }
 
 // The cache keeps a separating axis, from A to B, as floats: rounding it hardly narrows the gap.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "touchstone/contact_core/native/simd/aligned_lanes.hpp"
 #include "touchstone/contact_core/native/simd/box_kernels.hpp"
 #include "touchstone/contact_core/native/simd/box_pair_clip.hpp"
 #include "touchstone/contact_core/native/simd/box_pair_depth.hpp"
@@ -67,6 +68,11 @@ struct Table {
   static void certify_parallelepipeds(const PoseRecord* poses, const Parallelepiped* shapes,
                                       const PairIndices* pairs, std::size_t count, Certified* out) {
     certify_parallelepipeds_inline<Pack>(poses, shapes, pairs, count, out);
+  }
+
+  static void certify_aligned(const PoseRecord* poses, const VertexRecord* shapes, const PairIndices* pairs,
+                              std::size_t count, Certified* out) {
+    certify_aligned_inline<Pack>(poses, shapes, pairs, count, out);
   }
 
   static void certify_by_mpr(const PoseRecord* poses, const VertexRecord* shapes, const PairIndices* pairs,
@@ -205,6 +211,7 @@ struct Table {
         .find_boxes_beyond = find_boxes_beyond,
         .put_into_frame = put_into_frame,
         .certify_parallelepipeds = certify_parallelepipeds,
+        .certify_aligned = certify_aligned,
         .certify_by_mpr = certify_by_mpr,
         .certify_by_axis = certify_by_axis,
         .compute_box_depths = compute_box_depths,

@@ -322,6 +322,9 @@ struct Kernels {
   /// As certify_parallelepipeds (parallelepiped_overlap.hpp).
   void (*certify_parallelepipeds)(const PoseRecord* poses, const Parallelepiped* shapes,
                                   const PairIndices* pairs, std::size_t count, Certified* out);
+  /// As certify_aligned (aligned_hulls.hpp). Unknown where a solid's vertices are not numbers.
+  void (*certify_aligned)(const PoseRecord* poses, const VertexRecord* shapes, const PairIndices* pairs,
+                          std::size_t count, Certified* out);
   /// As certify_by_mpr (mpr.hpp), of any two solids; gives up after `max_steps`.
   /// @param axes null, or one a pair: set where the pair is found separated.
   void (*certify_by_mpr)(const PoseRecord* poses, const VertexRecord* shapes, const PairIndices* pairs,
