@@ -154,6 +154,30 @@ TEST_P(RoundedPairs, RoundedCornersAndEdges) {
   EXPECT_EQ(class_of(cube, at(0, 0, 0), Hexahedron::sphere(4.5), at(4, next(5), 0)), PairStatus::separated);
 }
 
+// Cores 1.5 m apart, radii of 2 m in all. The axes across nearly parallel edges are as short as the turn.
+TEST_P(RoundedPairs, HoweverLittleTheyAreTurnedPaddedBoxesMeet) {
+  const Hexahedron box = Hexahedron::rounded_box({2, 2, 2}, 1.0);
+  const std::array solids{box, box, box};
+  for (const double turn : {0.0, 1e-9, 1e-40, 1e-80, 1.5e-162, 1e-200, 1e-300}) {
+    SCOPED_TRACE(turn);
+    const auto above = [turn](double z) {
+      Pose X_WB = at(0, 0, z);
+      X_WB.R(1, 0) = turn, X_WB.R(0, 1) = -turn;
+      return X_WB;
+    };
+    EXPECT_EQ(class_of(box, at(0, 0, 0), box, above(3.5)), PairStatus::overlapping);
+    EXPECT_EQ(class_of(box, at(0, 0, 0), box, above(4.001)), PairStatus::separated);
+    // In a batch, too.
+    narrowphase->build(solids);
+    const std::array poses{at(0, 0, 0), above(3.5), above(4.001)};
+    std::vector<SolidPair> pairs(16, {0, 1});
+    pairs.insert(pairs.end(), 16, {0, 2});
+    const Answers all = ask(*narrowphase, pairs, poses, {.kind = QueryKind::overlap});
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+      EXPECT_EQ(all.status[i], i < 16 ? PairStatus::overlapping : PairStatus::separated) << i;
+  }
+}
+
 TEST_P(RoundedPairs, PlateOnPlate) {
   const Hexahedron plate = Hexahedron::rounded_box({2, 2, 0}, 0.25);
   expect_pair(ask_pair(plate, at(0, 0, 0), Hexahedron::sphere(0.25), at(0.5, 0.5, 1.0)), 0.5, {0, 0, 1},

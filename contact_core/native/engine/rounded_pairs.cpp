@@ -59,9 +59,13 @@ double distance_between(const Vector3& p, const Vector3& q, Vector3& n) {
 /// Limits between which their squares, and those of lengths that exceed them, are ordinary [m].
 constexpr double kLeastSquared = 1e-100, kMostSquared = 1e100;
 
+/// Squared lengths of axes from here on leave their products with those squares ordinary.
+constexpr double kLeastAxisSquared = 1e-60;
+
 /// Whether two boxes' hulls are further apart than this along one of the fifteen axes on which boxes part. On
 /// any axis the gap is at most the distance, and off by some roundings of the axis' length times the pair's
-/// scale: with a slack in the limit that is far above these, a yes is certain.
+/// scale: with a slack in the limit that is far above these, a yes is certain. Axes across edges so nearly
+/// parallel that products with them underflow tell nothing.
 bool are_apart_by(double limit, const Vector3& half_A, const Pose& X_WA, const Vector3& half_B,
                   const Pose& X_WB) {
   if (!(limit >= kLeastSquared && limit <= kMostSquared)) return false;
@@ -71,8 +75,10 @@ bool are_apart_by(double limit, const Vector3& half_A, const Pose& X_WA, const V
            std::abs(dot(n, R.col(2))) * half.z();
   };
   const auto parts = [&](const Vector3& n) {
+    const double length_squared = dot(n, n);
+    if (!(length_squared >= kLeastAxisSquared)) return false;
     const double gap = std::abs(dot(n, p_AB_W)) - reach(n, half_A, X_WA.R) - reach(n, half_B, X_WB.R);
-    return gap > 0.0 && gap <= kMostSquared && gap * gap > limit * limit * dot(n, n);
+    return gap > 0.0 && gap <= kMostSquared && gap * gap > limit * limit * length_squared;
   };
   for (int i = 0; i < 3; ++i)
     if (parts(X_WA.R.col(i)) || parts(X_WB.R.col(i))) return true;
