@@ -370,6 +370,27 @@ ServedFlight follow_flight(const ServesRequest& request, const Scene& scene,
   return flight;
 }
 
+/// Whether a hexahedron of the other is wholly inside the mesh's solid at some time: it then meets no
+/// triangle, but every cover. Of another mesh, whose hexahedra are its triangles' plates, the first stands
+/// for all.
+bool is_once_inside(const MeshDistance& mesh, const SeenObject& other, const HexahedronTree& tree) {
+  const auto is_inside = [&](const Vector3& p) {
+    return (p - mesh.bounds().low).minCoeff() > 0.0 && (mesh.bounds().high - p).minCoeff() > 0.0 &&
+           mesh.is_inside(p);
+  };
+  for (const PlacedHexahedron& each : tree.solids()) {
+    const std::array<Vector3, 8> vertices = each.solid.vertices();
+    for (const Pose& X_TO : other.X_TO) {
+      const Pose X_TS = compose(X_TO, each.X_OS);
+      if (std::all_of(vertices.begin(), vertices.end(),
+                      [&](const Vector3& v) { return is_inside(transform(X_TS, v)); }))
+        return true;
+    }
+    if (other.mesh) break;
+  }
+  return false;
+}
+
 }  // namespace
 
 void validate(const ServesRequest& request) {
@@ -414,7 +435,12 @@ std::optional<ServedFlight> fly_meshes(const ServesRequest& request, std::span<c
     trees.push_back(std::move(*tree));
   }
   const std::vector<std::size_t> targets = indices_of(request);
-  return follow_flight(request, with_trees(request, std::move(trees), targets), targets);
+  const Scene scene = with_trees(request, std::move(trees), targets);
+  ServedFlight flight = follow_flight(request, scene, targets);
+  for (std::size_t m = 0; m < meshes.size(); ++m)
+    for (const SeenObject& other : flight.seen[m])
+      if (is_once_inside(meshes[m], other, scene.objects[other.object].tree)) return std::nullopt;
+  return flight;
 }
 
 }  // namespace touchstone::fitting

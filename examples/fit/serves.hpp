@@ -88,8 +88,9 @@ struct FlightDifference {
 FlightDifference difference(const ServedFlight& some, const ServedFlight& other);
 
 /// The flight of the meshes themselves: each triangle is a plate below it, 2^-10 of the tolerance thick. It
-/// has no times. @return nothing where a mesh makes no such plates, see surface_tree().
-/// @throws InputError as SceneWorld.
+/// has no times. @return nothing where a mesh makes no such plates, see surface_tree(), or a hexahedron of
+/// something else is wholly inside a mesh once, where it meets none of them. @throws InputError as
+/// SceneWorld.
 std::optional<ServedFlight> fly_meshes(const ServesRequest& request, std::span<const MeshDistance> meshes);
 
 /// One cover a mesh, and whether they serve.

@@ -280,6 +280,20 @@ TEST_F(Serves, TheMeshsOwnFlightStopsWhereItsTrianglesAre) {
   EXPECT_LT(apart.stops, 1e-6);
 }
 
+// Within a shell the cube meets no triangle, whether it begins there or passes through: every cover tells of
+// a contact that the triangles do not, so that their flight says nothing.
+TEST_F(Serves, TrianglesThatSomethingIsInsideOfAreNotFlown) {
+  const std::array<MeshDistance, 1> meshes = {MeshDistance(weld(test::angle_mesh()))};
+  ServesRequest asked = request(kComes);
+  EXPECT_TRUE(fly_meshes(asked, meshes));
+  asked.scene.objects[1].X_WO.p = Vector3(1.5, 0.25, 0.5);
+  EXPECT_FALSE(fly_meshes(asked, meshes));
+  asked = request(kComes);
+  asked.scene.rules.push_back({"cube", "angle", ContactPolicy::cue});
+  EXPECT_FALSE(fly_meshes(asked, meshes));
+  EXPECT_FALSE(find_coarsest(fit_, asked, *progress_).has_meshes);
+}
+
 // A long wall stops the cube, which slides along it into the cover, where contact is only cued: a way that
 // has no times of its own.
 TEST_F(Serves, WhatASlideMeetsIsToldAtTheFramesEnd) {
