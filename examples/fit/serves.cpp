@@ -38,9 +38,9 @@ bool stops_as_meshes(const ServesRow& row, double tolerance) {
 
 /// Of two that are held, and both serve or none; see ServesResult::best.
 bool is_better(const ServesRow& row, const ServesRow& than) {
+  if (row.is_right != than.is_right) return row.is_right;
   if (row.is_uniform != than.is_uniform) return than.is_uniform;  // stands beside what is found
   if (row.serves) return row.hexahedra < than.hexahedra;
-  if (row.is_right != than.is_right) return row.is_right;
   if (!row.is_right) return row.in_zones < than.in_zones;
   // Both are right, and stop things elsewhere than the meshes.
   if (row.from_meshes->are_alike != than.from_meshes->are_alike) return row.from_meshes->are_alike;
@@ -96,8 +96,8 @@ class Search {
   // What meets a mesh at a slant is stopped earlier by more than the error, which is then made smaller.
   void stop_as_meshes() {
     for (int i = 0; i < kMostFiner && result_.rows.back().is_right && !result_.rows.back().serves; ++i) {
+      if (!add_until_held(0.25 * aim_)) break;
       aim_ *= 0.25;
-      if (!add_until_held(aim_)) break;
     }
     if (!has_one_that_serves()) aim_ = tolerance_;
   }

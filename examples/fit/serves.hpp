@@ -115,11 +115,11 @@ struct ServesResult {
   std::vector<ServesRow> rows;  ///< in the order in which they were tried
   /// The row that serves and asks for the fewest pairs in its flight, of such with the fewest hexahedra;
   /// where none does, the right one whose stops are nearest to the meshes', or the one that is right to the
-  /// least error.
+  /// least error. That of one error everywhere only where no other is as good.
   std::optional<std::size_t> best;
   bool has_meshes = false;  ///< rows stand beside the flight of the meshes themselves
-  /// Where the best one serves and all was tried: no covers that are within the tolerance in its zones have
-  /// fewer hexahedra (a bound from below, see least_hexahedra()). Covers with other zones may. 0: not known.
+  /// Where the best one is right: no covers that are within the tolerance in its zones have fewer hexahedra
+  /// (a bound from below, see least_hexahedra()). Covers with other zones may. 0: not known.
   std::size_t least = 0;
   bool is_cut = false;                     ///< the time was up before all was tried
   std::vector<std::string> left_out = {};  ///< rows but the first that were refused, and why

@@ -249,6 +249,7 @@ TEST_F(Serves, ACoverThatStopsThingsTooFarFromTheMeshDoesNotServe) {
   asked.meshes[0].file = write("post.obj", obj_text(weld(test::cone_mesh(1.0, 1.0, 1.0, 24))));
   asked.scene.objects[1].X_WO.p = Vector3(1.3, 0.99 + 0.1, 0.5);
   asked.tolerance = 0.04;
+  fit_.tries = 1;
   const ServesResult result = find_coarsest(fit_, asked, *progress_);
   ASSERT_TRUE(result.best);
   const ServesRow& best = result.rows[*result.best];
@@ -260,6 +261,29 @@ TEST_F(Serves, ACoverThatStopsThingsTooFarFromTheMeshDoesNotServe) {
     return row.in_zones <= 0.04 && row.is_held && row.flight.first_contact;
   }));
   EXPECT_THAT(serves_text(result, asked), HasSubstr("but stop things elsewhere: they do not serve"));
+}
+
+// Of the post, all covers but the first are refused, and that of one error everywhere: it stops the cube too
+// far from the post, but is right.
+TEST_F(Serves, ACoverThatIsRightComesBeforeOneThatIsNot) {
+  ServesRequest asked = request(kComes);
+  asked.meshes[0].file = write("post.obj", obj_text(weld(test::cone_mesh(1.0, 1.0, 1.0, 24))));
+  asked.scene.objects[1].X_WO.p = Vector3(1.3, 0.99 + 0.1, 0.5);
+  asked.with_uniform = true;
+  fit_.tries = 1;
+  int left = 0;
+  fit_.on_progress = [&] {
+    if (left > 0) --left, reject("fit", "too many cells");
+  };
+  // Four rows, each also with ever smaller errors elsewhere.
+  const ServesResult result =
+      find_coarsest(fit_, asked, *progress_, [&](const ServesRow& row) { left = row.is_uniform ? 0 : 12; });
+  EXPECT_EQ(result.left_out.size(), 4U);
+  ASSERT_EQ(result.rows.size(), 2U);
+  EXPECT_TRUE(result.rows[1].is_uniform && result.rows[1].is_right);
+  EXPECT_FALSE(result.rows[1].serves);
+  EXPECT_EQ(result.best, 1U);
+  EXPECT_THAT(serves_text(result, asked), HasSubstr("coarsest that is right to the tolerance: "));
 }
 
 // However many plates of the mesh, or hexahedra of a cover, are met at once, it is one contact.
