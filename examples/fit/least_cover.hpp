@@ -12,8 +12,8 @@ namespace touchstone::fitting {
 ///
 /// Two points of the surface that one hexahedron holds have their segment in it. So of points each two of
 /// which have a point of their segment in a zone and farther than `over` from the solid, each needs a
-/// hexahedron of its own. As many as are found among some hundred points (vertices in zones, and random ones
-/// in zones and anywhere) are counted; there may be more.
+/// hexahedron of its own. As many as are found among some hundred points (vertices and random ones in zones
+/// and anywhere, points of edges in zones) are counted; there may be more.
 /// @param over [m]
 std::size_t least_hexahedra(const MeshDistance& mesh, std::span<const Bounds> zones, double over);
 

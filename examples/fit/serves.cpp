@@ -320,7 +320,7 @@ class Search {
 
   void choose() {
     result_.best = best_row();
-    if (!result_.best || !result_.rows[*result_.best].is_right || result_.is_cut) return;
+    if (!result_.best || !result_.rows[*result_.best].is_right) return;
     // Without a zone a mesh needs one hexahedron, as any does. Where errors add up, one of two meshes may
     // have all of the tolerance.
     const ServesRow& best = result_.rows[*result_.best];
