@@ -104,6 +104,18 @@ TEST(SurfaceMeasure, IsTheSameAtEveryScale) {
   }
 }
 
+// An edge whose square is no number, and a point near its inside.
+TEST(SurfaceMeasure, LeavesOutNoEdgeWhoseSquareIsBeyondDoubles) {
+  const double length = std::ldexp(1.0, 513), along = std::ldexp(1.0, 490);
+  WorldVertices block;
+  for (int v = 0; v < 8; ++v) {
+    block.x[v] = (v & 4) != 0 ? 0.0 : -1.0;
+    block.y[v] = (v & 2) != 0 ? 0.0 : -1.0;
+    block.z[v] = (v & 1) != 0 ? length : 0.0;
+  }
+  EXPECT_EQ(SurfaceMeasure(block).distance({3, 4, along}), 5.0);
+}
+
 #ifdef TOUCHSTONE_HAS_EXACT
 
 std::vector<PairTruth> truth_of(const PairSet& set) { return compute_truth(set, *make_exact_oracle(), 2); }

@@ -49,8 +49,8 @@ double least_distance_to_edge(const Vector3& a, const Vector3& b, const Vector3&
   const Vector3 d = b - a, q = p - a;
   const double length2 = dot(d, d);
   // Outside, squares are not what they round to.
-  constexpr double kLeastSquare = 0x1p-900, kMostLength = 0x1p500;
-  if (!(length2 > kLeastSquare)) return 0.0;
+  constexpr double kLeastSquare = 0x1p-900, kMostSquare = 0x1p1000, kMostLength = 0x1p500;
+  if (!(length2 > kLeastSquare && length2 < kMostSquare)) return 0.0;
   const double distance = norm(q - d * std::clamp(dot(q, d) / length2, 0.0, 1.0));
   if (!(distance < kMostLength)) return 0.0;
   // The foot is off by at most 13 roundings of |q|; with those of the distance fewer than 32 of |q| + |d|.
