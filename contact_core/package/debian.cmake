@@ -87,6 +87,7 @@ if(TARGET touchstone_python)
   touchstone_debian_package(python python3-touchstone python "contact detection for convex hexahedra: Python"
     "${about} the Python package touchstone: checks for NumPy's\nbatches, worlds and dynamics.")
   set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/contact_core/package/prerm)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= ${TOUCHSTONE_PYTHON_VERSION}), python3 (<< ${TOUCHSTONE_PYTHON_NEXT}), python3-numpy")
   if(CPACK_DEBIAN_PROGRAMS_PACKAGE_DEPENDS)
     string(APPEND CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS ", ${CPACK_DEBIAN_PROGRAMS_PACKAGE_DEPENDS}")
