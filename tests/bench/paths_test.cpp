@@ -2,6 +2,7 @@
 
 #include <map>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <stdexcept>
 #include <string>
 
@@ -418,6 +419,23 @@ TEST_F(PathCorpus, SweepsAreAskedBesideTheirBackendAndStandInTheTable) {
   EXPECT_THAT(index, HasSubstr(">bullet_continuous</span></th>"));
   const std::size_t history = index.find("<section id='history'>");
   EXPECT_EQ(index.find("bullet_continuous", history), std::string::npos);  // it has no answers to queries
+
+  // Each reproduction is wrong again, and as the site says.
+  const std::regex red("href='cases/thin.html#thin_(bullet[a-z_]*)_path'"),
+      said("\\n    (paths_thin:[0-9]*): ([^\\n]* \\([a-z]*\\))\\n");
+  int asked_again = 0;
+  for (auto at_link = std::sregex_iterator(index.begin(), index.end(), red);
+       at_link != std::sregex_iterator(); ++at_link, ++asked_again) {
+    const std::string engine = (*at_link)[1], file = at("site/reproductions/thin_" + engine + "_path");
+    const std::string text = read(file + ".md");
+    std::smatch answer;
+    ASSERT_TRUE(std::regex_search(text, answer, said)) << text;
+    const Outcome again = run(std::string(COMPARE_BACKENDS) + " --pairs " + file +
+                              ".json --backend bullet --case " + answer[1].str());
+    ASSERT_EQ(again.code, 0) << again.err;
+    EXPECT_THAT(again.out, HasSubstr("\n" + engine + "\n    swept: " + answer[2].str() + ", costs "));
+  }
+  EXPECT_GE(asked_again, 1);
 }
 #endif
 

@@ -83,11 +83,6 @@ PairSet reproduced(const PairSet& pairs, std::size_t poses, std::size_t index, c
   return out;
 }
 
-std::string answer_text(const FiledPath& fault) {
-  return (fault.s < 1 ? fmt::format("stops at s = {}", fault.s) : std::string("clear to the end")) +
-         (fault.reason.empty() ? "" : " (" + fault.reason + ")");
-}
-
 std::string how_asked(const PathCell& cell) {
   return cell.check == "swept" ? "the engine's own sweep"
                                : cell.check + " advancement on the engine's answers at poses";
@@ -165,7 +160,7 @@ std::string path_faults(const Entry& entry, const Corpus& corpus, const CorpusSe
   const std::string name = path_cell_name(entry, set.name);
   HtmlTable rows({"path", "answer", "truth", "cost [m]"});
   for (const FiledPath& fault : wrong)
-    rows.add({xml_text(fault.id), answer_text(fault),
+    rows.add({xml_text(fault.id), stop_text(fault.s, fault.reason),
               truth_text(truth[path_index(pairs, set.poses, fault.id)]), format_error(fault.cost)});
   // The dearest one as a text and a pair file.
   const std::size_t index = path_index(pairs, set.poses, wrong.front().id);
@@ -185,7 +180,7 @@ std::string path_faults(const Entry& entry, const Corpus& corpus, const CorpusSe
                              {"to_a", pose_text(shown.poses[2])},
                              {"to_b", pose_text(shown.poses[3])},
                              {"check", how_asked(cell)},
-                             {"answer", answer_text(wrong.front())},
+                             {"answer", stop_text(wrong.front().s, wrong.front().reason)},
                              {"truth", truth_text(truth[index])},
                              {"last", shown.ids.back()},
                              {"separation", fmt::format("{}", separation)},

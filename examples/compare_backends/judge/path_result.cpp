@@ -1,5 +1,7 @@
 #include "touchstone/examples/compare_backends/judge/path_result.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 namespace touchstone::comparison {
@@ -75,6 +77,11 @@ void count(const PathFault& fault, PathBackendResult& into) {
 }
 
 }  // namespace
+
+std::string stop_text(double s, const std::string& reason) {
+  return (s < 1 ? fmt::format("stops at s = {}", s) : std::string("clear to the end")) +
+         (reason.empty() ? "" : " (" + reason + ")");
+}
 
 PathSetResult begin_paths(const PairSet& set, std::size_t poses, std::span<const PathTruth> truth,
                           std::span<const PairTruth> poses_truth) {

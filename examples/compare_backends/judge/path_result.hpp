@@ -20,6 +20,9 @@ struct PathFault {
   double cost_over_scale = 0;
 };
 
+/// "stops at s = 0.25 (late)", "clear to the end".
+std::string stop_text(double s, const std::string& reason);
+
 /// One backend on one set of paths.
 struct PathBackendResult {
   std::string name;

@@ -6,6 +6,7 @@
 #include <charconv>
 
 #include "touchstone/contact_core/input_error.hpp"
+#include "touchstone/examples/compare_backends/judge/path_result.hpp"
 #include "touchstone/examples/measures/pairs/pair_families.hpp"
 #include "touchstone/examples/program/terminal/text_table.hpp"
 
@@ -100,6 +101,64 @@ std::string describe_answer(const BackendAnswers& answers) {
   return out;
 }
 
+/// The ends of the path that `id` names in the file of pairs, as a path of two poses.
+std::optional<PairSet> find_path(const Options& options, const std::string& id) {
+  if (options.pairs_file.empty()) return std::nullopt;
+  const PairFileCases file = load_pair_file(options.pairs_file);
+  const auto end_named = [&](const std::string& name) {
+    return std::find_if(file.cases.begin(), file.cases.end(), [&](const PairFileCases::Case& each) {
+      return each.id == id + name && each.invalid.empty();
+    });
+  };
+  const auto start = end_named("@start"), end = end_named("@end");
+  if (start == file.cases.end() || end == file.cases.end()) return std::nullopt;
+  PairSet path = single_case(file.set, start->index);
+  const PairSet last = single_case(file.set, end->index);
+  path.solids.insert(path.solids.end(), last.solids.begin(), last.solids.end());
+  path.poses.insert(path.poses.end(), last.poses.begin(), last.poses.end());
+  path.pairs.push_back({2, 3});
+  path.ids.push_back(end->id);
+  return path;
+}
+
+std::string describe_stop(const PathBackendResult& result) {
+  const PathFault& answer = result.worst;
+  if (result.answered == 0) return result.name + "\n    not taken\n";
+  return fmt::format("{}\n    {}: {}, costs {} m\n", result.name, result.check,
+                     stop_text(answer.s, answer.reason), format_error(answer.cost));
+}
+
+std::string replay_path(const PairSet& path, const Options& options, const Backends& backends,
+                        const Oracle* oracle) {
+  if (oracle == nullptr)
+    throw InputError("--case " + options.case_id +
+                     ": a path is judged by 'exact', which is not in this build");
+  constexpr std::size_t kEnds = 2;
+  std::string out = options.case_id + "\n";
+  for (std::size_t i = 0; i < path.solids.size(); ++i)
+    out += describe_solid(i % 2 == 0 ? "A" : "B", path.solids[i], path.poses[i]);
+  // The truth, as the corpus has it.
+  const std::vector<PairTruth> ends = compute_truth(path, *oracle, 1);
+  const std::vector<PathTruth> truth = compute_path_truth(path, kEnds, *oracle, 1);
+  out += fmt::format("exact: {}, s in [{}, {}]\n", to_string(truth[0].path_class), truth[0].lo, truth[0].hi);
+  const auto stop = [&](const PathAnswers& answers) {
+    return describe_stop(judge_paths(path, kEnds, truth, ends, answers, {}, *oracle));
+  };
+  // Backends of this process, then the sweeps of their engines.
+  std::string sweeps;
+  for (const auto& [name, description] : chosen_backends(options, backends)) {
+    if (std::any_of(backends.workers.begin(), backends.workers.end(),
+                    [&](const Worker& worker) { return worker.offers(name); })) {
+      out += name + "\n    runs in a process of its own, which is asked about poses alone\n";
+      continue;
+    }
+    out += stop(run_paths(backends.registry.narrowphase(name), path, kEnds));
+    for (const SweepEntry& sweep : backends.sweeps)
+      if (sweep.backend == name) sweeps += stop(run_sweep(sweep, path, kEnds));
+  }
+  return out + sweeps;
+}
+
 }  // namespace
 
 PairSet find_case(const Options& options, const std::string& id) {
@@ -139,6 +198,8 @@ PairSet find_case(const Options& options, const std::string& id) {
 }
 
 std::string replay_case(const Options& options, const Backends& backends, const Oracle* oracle) {
+  if (const auto path = find_path(options, options.case_id))
+    return replay_path(*path, options, backends, oracle);
   const PairSet set = find_case(options, options.case_id);
   const PosedPair posed = posed_pair(set, 0);
   std::string out = fmt::format("{} (seed {})\n", case_id(set, 0), options.seed);
