@@ -1,56 +1,54 @@
 #!/usr/bin/env python3
 """Newton (single precision) as an engine: pip install newton. Overlap, distances and depths by its collision pipeline, on the processor.
-Contacts are found up to a gap of a tenth of the pair's extent, or as far as a distance needs it. A model holds a block of solids, or those of
-the pairs where these are of several; each question gives it pairs, gaps and poses."""
-from functools import lru_cache
-
+Contacts are found up to a gap of a tenth of the pair's extent, or as far as a distance needs it. One model holds all solids; each
+question gives it pairs, gaps and poses."""
 from engine_protocol import AT_ONCE, DISTANCE, FAILED, half_sides, need, np, put, quaternion, serve
 
 wp, newton = need("warp", "warp-lang"), need("newton")
 NORMAL_SIGN = -1 if newton.__version__.startswith(("0.", "1.0.")) else 1  # until 1.0 normals are from the second shape to the first
 HULL = np.array([t for a, b, c, d in ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
                  for t in (a, b, c, a, c, d)], np.int32)
-BLOCK = 2 * AT_ONCE  # solids of a model, made within a second: a command that is silent for two is ended
-solids, holds, reach = [], [], []  # holds: whether single precision does, without which Newton makes no model
+UNIT = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+solids, holds, reach, scene = [], [], [], []  # holds: whether single precision does, without which Newton makes no model
 
 
 def build(corners):
     holds[:] = np.isfinite(4 * corners.astype(np.float32)).all(axis=(1, 2))
-    solids[:] = [each if held else 2.0 * np.indices((2, 2, 2)).reshape(3, 8).T - 1 for each, held in zip(corners, holds)]
+    solids[:] = [each if held else UNIT for each, held in zip(corners, holds)]
     reach[:] = [np.linalg.norm(each, axis=1).max() for each in corners]
-    scene_of.cache_clear()
+    scene.clear()
 
 
-@lru_cache(maxsize=512)
-def scene_of(*chosen):
-    """A model that has each of these solids twice, as shapes and bodies 2 i and 2 i + 1, and its collision pipeline for AT_ONCE pairs."""
+def make_scene():
+    """A model that has every solid twice, as body and shape 2 i and 2 i + 1, and its collision pipeline for AT_ONCE pairs."""
     builder = newton.ModelBuilder()
-    for corners in (solids[i] for i in chosen):
-        half = half_sides(corners)
-        add = builder.add_shape_convex_hull if half is None else builder.add_shape_box
-        shape = ({"mesh": newton.Mesh(np.asarray(corners, np.float32), HULL, compute_inertia=False)} if half is None else
-                 dict(zip(("hx", "hy", "hz"), half)))
+    for corners in solids:
+        half, config = half_sides(corners), builder.ShapeConfig(density=0.0, margin=0.0, gap=0.0)
+        if half is None:
+            mesh = newton.Mesh(np.asarray(corners, np.float32), HULL, compute_inertia=False)
         for body in builder.add_body(), builder.add_body():
-            add(body, cfg=builder.ShapeConfig(density=0.0, margin=0.0, gap=0.0), **shape)
+            if half is None:
+                builder.add_shape_convex_hull(body, mesh=mesh, cfg=config)
+            else:
+                builder.add_shape_box(body, hx=half[0], hy=half[1], hz=half[2], cfg=config)
     model, wanted = builder.finalize(device="cpu"), wp.zeros(AT_ONCE, dtype=wp.vec2i, device="cpu")
     pipeline = newton.CollisionPipeline(model, broad_phase="explicit", shape_pairs_filtered=wanted)
     return model, wanted, pipeline, pipeline.contacts(), model.state()
 
 
 def answer(head, pairs, slots):
-    slots["status"], both = FAILED, np.unique((pairs["a"], pairs["b"]))
-    block = int(both[0]) // BLOCK * BLOCK
-    chosen = range(block, min(block + BLOCK, len(solids))) if both[-1] < block + BLOCK else both.tolist()
+    scene[:] = scene or make_scene()
+    slots["status"] = FAILED
     left = np.flatnonzero([holds[pair["a"]] and holds[pair["b"]] for pair in pairs])
     while len(left):  # those in which each solid is once
         now = left[np.intersect1d(*(np.unique(pairs[side][left], return_index=True)[1] for side in "ab"))]
-        ask(scene_of(*chosen), [2 * np.searchsorted(chosen, pairs[side][now]) for side in "ab"], head, pairs[now], [slots[i] for i in now])
+        ask(head, pairs[now], [slots[i] for i in now])
         left = np.setdiff1d(left, now)
 
 
-def ask(scene, firsts, head, pairs, slots):
+def ask(head, pairs, slots):
     model, wanted, pipeline, contacts, state = scene
-    shapes = np.column_stack((firsts[0], firsts[1] + 1)).astype(np.int32)
+    shapes = np.column_stack((2 * pairs["a"], 2 * pairs["b"] + 1)).astype(np.int32)
     wanted.numpy()[:] = np.pad(shapes, ((0, AT_ONCE - len(pairs)), (0, 0)))  # a shape and itself: no pair
     gaps, poses = model.shape_gap.numpy(), state.body_q.numpy()
     for pair, both in zip(pairs, shapes):
@@ -72,7 +70,8 @@ def ask(scene, firsts, head, pairs, slots):
 
 
 def moved(pose, point):
-    return pose[:3] + point + 2 * np.cross(pose[3:6], np.cross(pose[3:6], point) + pose[6] * point)
+    x, w = pose[3:6], pose[6]
+    return pose[:3] + point + 2 * np.cross(x, np.cross(x, point) + w * point)
 
 
 if __name__ == "__main__":
