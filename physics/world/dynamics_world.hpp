@@ -182,15 +182,15 @@ class DynamicsWorld {
     /// goes on with the best found so far, which is said: this many thousand multiplications for each
     /// contact, eight of them a body at most, half as many for each beyond 64, as for six contacts for each
     /// joint, and as for 18 at least; as many again for parting what overlaps. More than 64 contacts of
-    /// bodies alone that come to rest count all: none overlaps by more than 0.1 mm, is touched by what is
-    /// commanded to move, or is faster than gravity makes it in two steps. Bodies of masses up to 4 to 1 with
-    /// up to 64 contacts have half of it while they are parted, and four times as much where they are as slow
-    /// as that on what slides beneath them without carrying them (a queue on a belt; without gravity none
-    /// are). Each further millisecond of the step, up to
-    /// 16 in all, gives as for 18 more to all of these together that need it; bodies of masses up to 4 to 1
-    /// take as much of it as they have, none with more than 64 contacts or while they are parted. Bodies of
-    /// masses that differ by 1e3 or 1e6 have 2 and 4.5 times as much, and their islands' rounds take 2 and 4
-    /// times as long. A thousand take some 0.5 us.
+    /// bodies alone that come to rest count all, and twice: none overlaps by more than 0.1 mm, is touched by
+    /// what is commanded to move, or is faster than gravity makes it in two steps. Bodies of masses up to 4
+    /// to 1 with up to 64 contacts have half of it while they are parted, and four times as much where they
+    /// are as slow as that on what slides beneath them without carrying them (a queue on a belt; without
+    /// gravity none are). Each further millisecond of the step, up to 16 in all, gives as for 18 more to all
+    /// of these together that need it; bodies of masses up to 4 to 1 take as much of it as they have, none
+    /// with more than 64 contacts or while they are parted. Bodies of masses that differ by 1e3 or 1e6 have 2
+    /// and 4.5 times as much, and their islands' rounds take 2 and 4 times as long. A thousand take some 0.5
+    /// us.
     double work = 8.0;
     /// The same by the clock [us], for live use: results then depend on the machine. Infinite: not looked at.
     double most_microseconds = kInfinity;

@@ -52,6 +52,9 @@ constexpr double kPartedWork = 0.5;
 // belt: impulses that hold it cost the steps that follow nothing. What is left unfinished creeps, as far as
 // its points come and go, and is solved in each of them.
 constexpr double kWaitingWork = 4.0;
+// As much of many contacts that rest: what a wall's first steps left unfinished let its columns fall on each
+// other by 0.3 mm and turn, so that their edges cross elsewhere in each step that follows.
+constexpr double kRestingWork = 2.0;
 // Joints that a joint between movers counts as, by its rows.
 constexpr std::size_t kHeldShares = 3;
 
@@ -214,7 +217,10 @@ void choose_methods(const Group& members, double& spare, StepContext& step, Worl
   const bool is_waiting = are_bodies && !is_untimed && is_few &&
                           mass_ratio(members, world.movers) <= kUnlike &&
                           waits(group, step.slow_speed(), settings.contact_gap / step.h, world.movers);
-  const double share = is_waiting ? kWaitingWork : step.is_parted && is_few ? kPartedWork : 1.0;
+  const double share = is_waiting                 ? kWaitingWork
+                       : step.is_resting          ? kRestingWork
+                       : step.is_parted && is_few ? kPartedWork
+                                                  : 1.0;
   if (step.is_parted) spare = 0.0;
   const double work = share * work_of(members, world.movers, step) + spare;
   const bool is_shared = are_bodies && !group.is_coarse && work < WorkBudget::kNoEnd;
