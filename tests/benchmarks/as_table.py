@@ -8,6 +8,7 @@ as_table.py dynamics RESULTS.json     of dynamics_run: times of steps, a row a s
 as_table.py flights RESULTS.csv       of training_run: sums over its scripts, a row a method and backend
 as_table.py stops RESULTS.csv         of training_run: first stops, a row a script and method
 as_table.py station SCENE ...         of touchstone_station --soak, then --replay, of each scene, on stdin
+as_table.py served PAGE ...           pages of touchstone_fit --serves --uniform: a row a mesh, and which have ten times fewer
 """
 
 import csv
@@ -171,8 +172,37 @@ def station(*scenes):
            "deadlines missed", "received to decided [ms]: median, 99.9 %, worst"], rows)
 
 
+def served(*pages):
+    """Covers fitted to tasks beside those of one error everywhere."""
+    rows, few, out_of_reach, neither, slower = [], [], [], [], []
+    for page in pages:
+        with open(page) as file:
+            text = file.read()
+        # The two covers' rows in the page's last table, and what is said below it.
+        both = re.findall(r"^ +(.+?) {2,}(?:uniform error|fitted to the task) {2,}(\d+) .* {2,}(\S+) {2,}(\S+) {2,}\S+$", text,
+                          re.MULTILINE)
+        off = re.search(r"what it stops is at most (\S+) mm off", text)
+        tolerance = re.search(r"--tolerance (\S+)mm", text)
+        times = re.search(r"(\S+) times fewer hexahedra(?: \(at most (\S+) times)?.*, (\S+) times as short", text)
+        if len(both) != 2 or not off or not tolerance or not times:
+            sys.exit(page + ": no cover that serves beside one of the same error everywhere")
+        (mesh, uniform, uniform_pairs, uniform_us), (_, fitted, fitted_pairs, fitted_us) = both
+        fewer, most, shorter = times.groups()
+        rows.append([mesh, tolerance[1], off[1], uniform, fitted, fewer, most or "?",
+                     f"{uniform_pairs}, {fitted_pairs}", f"{uniform_us}, {fitted_us}"])
+        is_few = int(uniform) >= 10 * int(fitted)
+        (few if is_few else out_of_reach if most and float(most) < 10 else neither).append(mesh)
+        if float(shorter) < 0.95:
+            slower.append(mesh)
+    table(["mesh", "tolerance [mm]", "stops off [mm]", "uniform", "fitted", "times fewer", "at most", "pairs a frame",
+           "frame [us]"], sorted(rows))
+    for what, meshes in (("Ten times fewer, or more", few), ("Out of reach of any cover that is right in the same zones",
+                         out_of_reach), ("Neither", neither), ("Frames longer by more than a twentieth", slower)):
+        print(f"\n{what}: {len(meshes)}" + (f" ({', '.join(sorted(meshes))})." if meshes else "."))
+
+
 modes = {"benchmark": benchmark, "printed": printed, "tests": tests, "engines": engines, "dynamics": dynamics,
-         "flights": flights, "stops": stops, "station": station}
+         "flights": flights, "stops": stops, "station": station, "served": served}
 mode = sys.argv[1] if len(sys.argv) > 1 else "benchmark"
 if mode not in modes:
     sys.exit(__doc__)
