@@ -75,10 +75,10 @@ bool are_apart_by(double limit, const Vector3& half_A, const Pose& X_WA, const V
            std::abs(dot(n, R.col(2))) * half.z();
   };
   const auto parts = [&](const Vector3& n) {
-    const double length_squared = dot(n, n);
-    if (!(length_squared >= kLeastAxisSquared)) return false;
     const double gap = std::abs(dot(n, p_AB_W)) - reach(n, half_A, X_WA.R) - reach(n, half_B, X_WB.R);
-    return gap > 0.0 && gap <= kMostSquared && gap * gap > limit * limit * length_squared;
+    if (!(gap > 0.0 && gap <= kMostSquared)) return false;
+    const double length_squared = dot(n, n);
+    return length_squared >= kLeastAxisSquared && gap * gap > limit * limit * length_squared;
   };
   for (int i = 0; i < 3; ++i)
     if (parts(X_WA.R.col(i)) || parts(X_WB.R.col(i))) return true;
