@@ -167,6 +167,7 @@ TOUCHSTONE_INLINE double place_hulls_inline(const PoseRecord& X_WA, const Vertex
                                             const PoseRecord& X_WB, const VertexRecord& b_S,
                                             VertexRecord& a_W, VertexRecord& b_W, VertexRecord& a,
                                             VertexRecord& b) {
+  // Into the world.
   Pack extent{};
   const auto place =
       [](const PoseRecord& X, const VertexRecord& from, VertexRecord& to) __attribute__((always_inline)) {
@@ -177,6 +178,7 @@ TOUCHSTONE_INLINE double place_hulls_inline(const PoseRecord& X_WA, const Vertex
     }
   };
   place(X_WA, a_S, a_W), place(X_WB, b_S, b_W);
+  // About A's first vertex.
   const Vector3Of<Pack> origin = broadcast<Pack>(Point{a_W.x[0], a_W.y[0], a_W.z[0]});
   const auto shift_to = [&](const VertexRecord& from, VertexRecord& to) __attribute__((always_inline)) {
     for (int i = 0; i < 8; i += Traits<Pack>::lanes) {

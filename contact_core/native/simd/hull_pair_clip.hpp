@@ -141,6 +141,7 @@ struct EdgesOfPair {
   /// @return whether no corner is sharp
   TOUCHSTONE_INLINE bool project(const double* a, const double* b, PlaceWord corners,
                                  const PlaneAcross<Double2>& across) {
+    // Corners.
     const Vector3Of<Pack> axis_x = broadcast<Pack>({across.x.x[0], across.x.y[0], across.x.z[0]});
     const Vector3Of<Pack> axis_y = broadcast<Pack>({across.y.x[0], across.y.y[0], across.y.z[0]});
     for (int i = 0; i < 3; ++i) {
@@ -162,6 +163,7 @@ struct EdgesOfPair {
       store(sign * edge_x[k], line_ex + k * kLanes), store(sign * edge_y[k], line_ey + k * kLanes);
       store(length2[k], line_length2 + k * kLanes);
     }
+    // Their angles.
     take_next(edge_x, after_x), take_next(edge_y, after_y), take_next(length2, after2);
     MaskOf<Pack> blunt = ~MaskOf<Pack>{};
     for (int k = 0; k < kPacks; ++k) {
@@ -262,6 +264,7 @@ TOUCHSTONE_INLINE std::uint64_t place_corners(const EdgesOfPair<Pack>& e, const 
   constexpr int kLanes = Traits<Pack>::lanes;
   std::uint64_t words = 0;
   for (int k = 0; k < 8 / kLanes; ++k) {
+    // On its own edge.
     const Vector3Of<Pack> v = {e.p[0][k], e.p[1][k], e.p[2][k]};
     const Vector3Of<Pack> next = {e.next[0][k], e.next[1][k], e.next[2][k]};
     const Vector3Of<Pack> p = v + from[k] * (next - v);
@@ -279,6 +282,7 @@ TOUCHSTONE_INLINE std::uint64_t place_corners(const EdgesOfPair<Pack>& e, const 
     if (faces.any_bent) separation = greatest(height(1), separation);
     // No pair of points lies deeper than the pair; what rounding puts below is as deep.
     separation = greatest(separation, all<Pack>(least_separation));
+    // Whether it is left, and near enough.
     const Pack part = to[k] - from[k];
     const MaskOf<Pack> left = (part > Pack{}) & (part * part * e.length2[k] > all<Pack>(shortest2));
     words |= std::uint64_t{bits(left)} << (HullClipBits::kLeft + k * kLanes);
