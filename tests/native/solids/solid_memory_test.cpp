@@ -119,7 +119,7 @@ TEST(SolidStore, AnswersStayTheSameWhileOthersComeAndGo) {
   };
   std::vector<SolidHandle> others;
   for (const SolidContent& other : random_boxes(300)) {
-    if (others.size() % 8 == 0) wait_for_question();
+    if (others.size() % 32 == 0) wait_for_question();
     others.push_back(*store.acquire(other));
     others.push_back(*store.acquire(box_at_corner(other)));
     if (others.size() % 3 == 0) store.release(others.back()), others.pop_back();
