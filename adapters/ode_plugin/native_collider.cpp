@@ -91,7 +91,7 @@ class ThreadChecks {
     std::uint64_t of_ended = 0;
   };
   static Counts& all() {
-    static Counts counts;
+    static Counts& counts = *new Counts;  // never destroyed: threads may end after the program's statics
     return counts;
   }
 
