@@ -133,7 +133,6 @@ struct StepReport {
   StepFailure failure = StepFailure::none;
   std::uint32_t failed_index = 0;  ///< of the contact, body or mechanism; latch: of the object
   double worst_residual = 0.0;     ///< of all solves [m/s]; see natural_residual()
-  /// Unconverged are also solutions that would give energy, where a share of them is left.
   std::uint32_t solves = 0, unconverged = 0, sweeps = 0, newton_steps = 0;
   std::uint32_t contradictory = 0;  ///< solves whose contacts no impulses satisfy: they yield, and press hard
   /// The largest error of any joint between movers at the step's end [m] or [rad]: above the contact gap they

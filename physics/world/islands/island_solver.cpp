@@ -183,13 +183,7 @@ void IslandSolver::solve_island(const Island& island, ContactRows& rows, StepCon
     solved = solve_anew(island, {warm.worst, is_exact, moves}, rows, step);
   if (!is_small && holds && solved.residual <= limits.tolerance) expect_calm(island);
   if (step.is_bounded() && island.joints == 0) calm(island, rows, step, solved);
-  if (step.is_soft ? !solved.converged : gives_energy(island, is_exact, solved.converged, rows, step)) {
-    limit_energy(island, rows, solved);
-    // That a solution gives energy is no reason to take the rest of the step in one piece.
-    const bool was_converged = solved.converged;
-    solved.converged = solved.residual <= tolerance_of(island, is_exact, rows, step);
-    if (was_converged && !solved.converged) ++step.unconverged_before;
-  }
+  if (step.is_soft && !solved.converged) limit_energy(island, rows, solved);
   // The step's report includes the island.
   StepReport& report = step.report;
   ++report.solves;
@@ -339,51 +333,9 @@ void IslandSolver::calm(const Island& island, ContactRows& rows, StepContext& st
   problem_.unload(rows);
 }
 
-/// Of the island's impulses. Without what they do on movers that move as commanded. Room before contacts is
-/// no velocity, though b and u have it; of unsolved impulses, which are wrong in any case, it counts as one,
-/// so that less of them is left.
-IslandSolver::Energy IslandSolver::energy_of(const Island& island, bool is_solved,
-                                             const ContactRows& rows) const {
-  Energy energy;
-  for (const std::size_t block : islands_.blocks_of(island)) {
-    if (is_solved) energy.by_b -= rows.x[3 * block] * rows.contacts[block].room;
-    for (std::size_t r = 3 * block; r < 3 * block + 3; ++r) {
-      energy.by_b += rows.x[r] * rows.b[r];
-      energy.by_W += rows.x[r] * (rows.u[r] - rows.b[r]);
-    }
-  }
-  for (const std::uint32_t member : islands_.units_of(island)) {
-    const RowUnit& unit = rows.units[member];
-    energy.lifting -=
-        0.5 * rows.length * (dot(unit.force_W, unit.change_v_W) + dot(unit.push_moment_W, unit.change_w_W));
-  }
-  return energy;
-}
-
-/// Whether impulses give more energy than the tolerance lets them: where contacts part at the start of a step
-/// and press at its end, even those that solve it lift. Not of mechanisms, whose drives work, too, nor where
-/// something commanded arrives or goes: it may give energy where it presses, and what follows it as it begins
-/// to go parts from it in each step, and presses at its end.
-bool IslandSolver::gives_energy(const Island& island, bool is_exact, bool is_solved, const ContactRows& rows,
-                                const StepContext& step) const {
-  if (!step.is_bounded() || island.joints > 0 || !(rows.length > 0.0)) return false;
-  for (const std::uint32_t member : islands_.units_of(island))
-    if (!rows.units[member].is_body()) return false;
-  const double tolerance = tolerance_of(island, is_exact, rows, step);
-  double pressing = 0.0;
-  for (const std::size_t block : islands_.blocks_of(island)) {
-    const double commanded = rows.commanded[block];
-    if (commanded < -tolerance || commanded - rows.contacts[block].room > tolerance) return false;
-    pressing += std::abs(rows.x[3 * block]);
-  }
-  const Energy energy = energy_of(island, is_solved, rows);
-  return energy.by_b + energy.lifting + 0.5 * energy.by_W > tolerance * pressing;
-}
-
-/// Impulses of an unfinished solve may pull, and give energy, and those of contacts that part at the start of
-/// the piece and press at its end give some: they are put into their cones, and the share of them is left
-/// that takes most of the velocities' energy, as long as it gives none in all. For they act all along the
-/// piece: half of what they make of velocities goes into places, against gravity.
+/// Impulses of an unfinished solve may pull, and give energy: they are put into their cones, and the share of
+/// them is left that takes most of the velocities' energy, as long as it gives none in all. For they act all
+/// along the piece: half of what they make of velocities goes into places, against gravity.
 void IslandSolver::limit_energy(const Island& island, ContactRows& rows, SolveReport& solved) {
   const std::span<const std::size_t> blocks = islands_.blocks_of(island);
   // The impulses are projected on their friction cones.
@@ -394,7 +346,17 @@ void IslandSolver::limit_energy(const Island& island, ContactRows& rows, SolveRe
   }
   solved.residual = velocities_.update(islands_, island, rows).worst;
   // The energy is a quadratic function of the impulses' share.
-  const auto [by_b, by_W, lifting] = energy_of(island, solved.converged, rows);
+  double by_b = 0.0, by_W = 0.0, lifting = 0.0;
+  for (const std::size_t block : blocks)
+    for (std::size_t r = 3 * block; r < 3 * block + 3; ++r) {
+      by_b += rows.x[r] * rows.b[r];
+      by_W += rows.x[r] * (rows.u[r] - rows.b[r]);
+    }
+  for (const std::uint32_t member : islands_.units_of(island)) {
+    const RowUnit& unit = rows.units[member];
+    lifting -=
+        0.5 * rows.length * (dot(unit.force_W, unit.change_v_W) + dot(unit.push_moment_W, unit.change_w_W));
+  }
   // The share that loses most energy is applied.
   if (!(by_W > 0.0)) return;
   const double share = std::max(0.0, std::min(-by_b, -2.0 * (by_b + lifting)) / by_W);

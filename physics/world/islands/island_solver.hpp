@@ -45,12 +45,6 @@ class IslandSolver {
     bool is_exact, moves;  // it is to be solved to the laws' last digits; is_moving()
   };
 
-  /// Given by a share s of impulses [J]: s (by_b + lifting) + s^2 / 2 by_W.
-  struct Energy {
-    double by_b = 0.0, by_W = 0.0;
-    double lifting = 0.0;  // against gravity and pushes, by half of what they make of velocities
-  };
-
   void solve_island(const Island& island, ContactRows& rows, StepContext& step);
   SolveReport solve_anew(const Island& island, const Start& start, ContactRows& rows, StepContext& step);
   void load_couplings(ContactRows& rows, StepContext& step);
@@ -62,9 +56,6 @@ class IslandSolver {
   double most_speed(const Island& island, std::span<const double> of) const;
   double allowed_speed(const Island& island, const ContactRows& rows, bool is_solved, bool is_soft) const;
   void calm(const Island& island, ContactRows& rows, StepContext& step, SolveReport& solved);
-  Energy energy_of(const Island& island, bool is_solved, const ContactRows& rows) const;
-  bool gives_energy(const Island& island, bool is_exact, bool is_solved, const ContactRows& rows,
-                    const StepContext& step) const;
   void limit_energy(const Island& island, ContactRows& rows, SolveReport& solved);
   void refine(const Island& island, ContactRows& rows);
   bool may_refine(const Island& island);

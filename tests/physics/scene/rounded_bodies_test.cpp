@@ -50,7 +50,11 @@ struct Slope {
   /// Its speed along the slope and its turning speed about y after half a second.
   std::pair<double, double> speeds() {
     SceneSimulation simulation(scene, native_contacts);
-    while (simulation.time() < 0.4995) EXPECT_EQ(step(simulation).failure, StepFailure::none);
+    while (simulation.time() < 0.4995) {
+      const StepReport report = step(simulation);
+      EXPECT_EQ(report.failure, StepFailure::none);
+      EXPECT_EQ(report.unconverged, 0U);
+    }
     const std::uint32_t body = *simulation.dynamic_body(1);
     return {simulation.world().velocity(body).x(), simulation.world().angular_velocity(body).y()};
   }
