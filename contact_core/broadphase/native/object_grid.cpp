@@ -390,7 +390,8 @@ void ObjectGrid::for_each_run(std::uint32_t at, const Rows& rows, Visit visit) c
   const std::uint32_t z_high = cell_at(z_[at] + reach, 1.0F, 2);
   visit(at + 1, cell_start_[rows.own + high]);
   if (y_low + 1 >= rows.y && y_high <= rows.y + 1 && z_high <= rows.z + 1) {
-    const bool is_below = y_low<rows.y, is_above = y_high> rows.y, is_beyond = z_high > rows.z;
+    const bool is_below = y_low < rows.y;
+    const bool is_above = y_high > rows.y, is_beyond = z_high > rows.z;
     const std::array<bool, 4> is_met = {is_above, is_beyond && is_below, is_beyond, is_beyond && is_above};
     for (int k = 0; k < 4; ++k) {
       const std::uint32_t first = cell_start_[rows.next[k] + low], end = cell_start_[rows.next[k] + high];
