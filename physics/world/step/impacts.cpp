@@ -10,7 +10,12 @@ namespace touchstone::physics::stepping {
 
 bool needs_impact(const GroupState& group, const Movers& movers, const StepContext& step) {
   const DynamicsWorld::Settings& settings = step.settings;
-  const double least = 10.0 * settings.solver.tolerance;  // a solve leaves less
+  // An impact at what unfinished forces leave would spend the work of the forces, which it thus leaves
+  // unfinished again: what rests would be solved anew in each step, for ever.
+  const double solved = 10.0 * settings.solver.tolerance;  // a solve leaves less
+  const double least = step.is_bounded()
+                           ? std::max(solved, std::min(settings.contact_gap / step.h, settings.bounce_speed))
+                           : solved;
   if (group.joint_speed > least || meets_end(group.members, movers, settings.contact_gap, least)) return true;
   // In one piece contacts that do not bounce are stopped with the forces.
   if (group.is_coarse)
@@ -18,13 +23,8 @@ bool needs_impact(const GroupState& group, const Movers& movers, const StepConte
       return point.separation <= settings.contact_gap && point.approach_v < -settings.bounce_speed &&
              point.contact->restitution > 0.0;
     });
-  // An impact at what unfinished forces leave would spend the work of the forces, which it thus leaves
-  // unfinished again: what rests would be solved anew in each step, for ever.
-  const double least_approach =
-      step.is_bounded() ? std::max(least, std::min(settings.contact_gap / step.h, settings.bounce_speed))
-                        : least;
   for (const GroupPoint& point : group.points)
-    if (point.separation <= settings.contact_gap && point.approach_v < -least_approach) return true;
+    if (point.separation <= settings.contact_gap && point.approach_v < -least) return true;
   for (const std::uint32_t m : group.members.mechanisms) {
     const Arm& arm = movers.arms[m];
     for (const Mechanism::Joint& joint : arm.dynamics->mechanism().joints()) {

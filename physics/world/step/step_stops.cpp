@@ -131,7 +131,11 @@ bool has_brakes(const Group& group, const Movers& movers) {
 
 bool seek_stop(const TriedPiece& piece, const Stop& stop, double left, double& t, StopSearch& search) {
   if (search.tries == 0) return false;
-  const double most = kMostMissed * piece.settings.contact_gap;
+  // No finer than velocities are known: a rate that a solve left off by as little is not reached anew.
+  const double gap = piece.settings.contact_gap;
+  const double left_open =
+      piece.residual > speed_at_rest(piece) ? std::min(piece.residual * piece.t, gap) : 0.0;
+  const double most = std::max(kMostMissed * gap, left_open);
   const bool is_probe = search.is_probe, is_aimed = search.is_aimed;
   const auto aim = [&](const Stop& at) {
     --search.tries;

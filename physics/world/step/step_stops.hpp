@@ -29,6 +29,7 @@ struct TriedPiece {
   const ContactRows& rows;
   const DynamicsWorld::Settings& settings;
   double t;
+  double residual;  // that the rows were solved to [m/s]
 };
 
 /// Or drives that follow a rate, with limited torque.

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/physics/solver/contact_laws.hpp"
 #include "touchstone/physics/world/groups/fewest_points.hpp"
 #include "touchstone/physics/world/groups/sleep.hpp"
 #include "touchstone/physics/world/rows/held_joints.hpp"
@@ -119,6 +120,16 @@ bool is_group_finite(const Group& group, const Movers& movers, StepContext& step
   return true;
 }
 
+/// Returns the residual of these rows alone [m/s].
+double solve(ContactRows& rows, StepContext& step, IslandSolver& solver) {
+  const double before = step.report.worst_residual;
+  step.report.worst_residual = 0.0;
+  solver.solve(rows, step);
+  const double residual = step.report.worst_residual;
+  step.report.worst_residual = worse_of(before, residual);
+  return residual;
+}
+
 /// Goes on by at most the rest of the step; returns by how much, 0 on failure.
 double take_piece(Clock& clock, bool all, StepContext& step, WorldParts& world) {
   GroupState& group = world.group;
@@ -152,8 +163,7 @@ double take_piece(Clock& clock, bool all, StepContext& step, WorldParts& world) 
     // The piece is flown and solved; a stop within it may shorten it.
     if (!fly(group.members, t, step, movers)) return 0.0;
     gather({Phase::forces, t, is_last, attempt == 0 || is_last}, group, step, movers, rows);
-    world.solver.solve(rows, step);
-    const TriedPiece tried{group, movers, rows, step.settings, t};
+    const TriedPiece tried{group, movers, rows, step.settings, t, solve(rows, step, world.solver)};
     const Stop stop = first_stop(tried);
     if (!is_last && !step.is_work_over() && seek_stop(tried, stop, left, t, search)) continue;
     if (stop.is_any) step.report.last_stop = std::fmax(step.report.last_stop, elapsed + stop.when);
