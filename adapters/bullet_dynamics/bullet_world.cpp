@@ -131,8 +131,9 @@ class World final : public Base {
   CappedDepths depths_;
 };
 
-bool has_joints_or_latches(const DynamicScene& scene) {
-  if (!scene.mechanisms.empty() || !scene.scene.latches.empty()) return true;
+/// That hold, or ever may.
+bool any_latch(const DynamicScene& scene) {
+  if (!scene.scene.latches.empty() || !scene.latch_options.empty()) return true;
   return std::any_of(scene.actions.begin(), scene.actions.end(),
                      [](const SceneAction& each) { return each.kind == SceneAction::Kind::latch; });
 }
@@ -294,7 +295,7 @@ class BulletEngine final : public SceneEngine {
   btCollisionDispatcher& dispatcher() const { return const_cast<Dispatcher&>(dispatcher_); }
 
   void make_world() {
-    if (!has_joints_or_latches(scene())) {
+    if (scene().mechanisms.empty() && !any_latch(scene())) {
       solver_ = std::make_unique<btSequentialImpulseConstraintSolver>();
       world_ = std::make_unique<World<btDiscreteDynamicsWorld, btConstraintSolver>>(
           &dispatcher_, &broadphase_, solver_.get(), &configuration_, rules_);
@@ -350,6 +351,8 @@ class BulletEngine final : public SceneEngine {
     for (const SceneAction& each : scene().actions)
       if (each.kind == SceneAction::Kind::latch)
         refuse(bodies().body_of(each.carrier), bodies().body_of(each.carried));
+    for (const SceneLatchOption& each : scene().latch_options)
+      refuse(bodies().body_of(each.carrier), bodies().body_of(each.carried));
   }
 
   /// Of rigid bodies. Those of an articulated body are none, nor is what a latch makes part of one.
@@ -365,11 +368,7 @@ class BulletEngine final : public SceneEngine {
       body_joints_.push_back(std::make_unique<BodyJoint>(*world_, *joint.source,
                                                          body(joint.child, *joint.source),
                                                          body(joint.parent, *joint.source), step_size()));
-    const bool any_latch = !scene().scene.latches.empty() ||
-                           std::any_of(scene().actions.begin(), scene().actions.end(), [](const auto& each) {
-                             return each.kind == SceneAction::Kind::latch;
-                           });
-    if (any_latch && !body_joints_.empty())
+    if (any_latch(scene()) && !body_joints_.empty())
       throw InputError("engine 'bullet': unsupported: joints between bodies beside latches (joint '" +
                        scene().joints[0].name + "')");
   }

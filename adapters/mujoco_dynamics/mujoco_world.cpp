@@ -210,11 +210,7 @@ class MujocoEngine final : public SceneEngine {
 
   /// Those that do not hold from the start wait for their action.
   void add_body_joints() {
-    for (const SceneAction& action : scene().actions)
-      if (action.kind == SceneAction::Kind::drive && action.joint.is_of_bodies() &&
-          action.drive.drive.mode != JointDrive::Mode::torque)
-        throw InputError("engine 'mujoco': unsupported: motors of joints between bodies (joint '" +
-                         name_of(scene(), action.joint) + "')");
+    for (const SceneAction& action : scene().actions) refuse(action);
     for (std::size_t j = 0; j < bodies().body_joints().size(); ++j) {
       body_joints_.emplace_back(bodies(), j, *model_);
       if (!bodies().body_joints()[j].source->is_on) switch_joint(j, false);
@@ -272,16 +268,22 @@ class MujocoEngine final : public SceneEngine {
     const int joint = mj_name2id(model_.get(), mjOBJ_JOINT, ("j" + std::to_string(index)).c_str());
     joints_.push_back({model_->jnt_qposadr[joint], model_->jnt_dofadr[joint], {}});
     data_->qvel[joints_.back().dof] = source.source->rate;
-    const auto require_limit = [&](const JointDrive& drive) {
-      if (drive.mode == JointDrive::Mode::brake &&
-          !std::isfinite(std::min(drive.limit, source.source->effort)))
-        throw InputError("engine 'mujoco': unsupported: a brake without a limit (" + source.name + ")");
-    };
-    require_limit(source.source->drive.drive);
-    for (const SceneAction& action : scene().actions)
-      if (action.kind == SceneAction::Kind::drive && action.joint.mechanism == source.address.mechanism &&
-          action.joint.joint == source.address.joint)
-        require_limit(action.drive.drive);
+    require_limit(source.address, source.source->drive.drive);
+  }
+
+  void require_limit(const JointAddress& joint, const JointDrive& drive) const {
+    const SceneJoint& source = scene().mechanisms[joint.mechanism].joints[joint.joint];
+    if (drive.mode == JointDrive::Mode::brake && !std::isfinite(std::min(drive.limit, source.effort)))
+      throw InputError("engine 'mujoco': unsupported: a brake without a limit (joint '" +
+                       name_of(scene(), joint) + "')");
+  }
+
+  void refuse(const SceneAction& action) const override {
+    if (action.kind != SceneAction::Kind::drive) return;
+    if (!action.joint.is_of_bodies()) return require_limit(action.joint, action.drive.drive);
+    if (action.drive.drive.mode != JointDrive::Mode::torque)
+      throw InputError("engine 'mujoco': unsupported: motors of joints between bodies (joint '" +
+                       name_of(scene(), action.joint) + "')");
   }
 
   /// Where links are and how they move now: mj_step() leaves that of its start.

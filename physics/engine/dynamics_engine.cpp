@@ -58,4 +58,16 @@ void DynamicsEngine::add(std::size_t object, const Pose& X_WO, const Vector3& v_
   put_in(object, X_WO, v_W, w_W);
 }
 
+void DynamicsEngine::act(const SceneAction& action) {
+  ScenePlaces now;
+  for (std::size_t i = 0; i < scene().bodies.size(); ++i) {
+    now.carriers.push_back(carrier_of(i));
+    now.is_out.push_back(has(i) ? 0 : 1);
+  }
+  validate_action(scene(), action, now);
+  const std::vector<std::string> lacking = unsupported(features_, scene(), action);
+  if (!lacking.empty()) throw InputError("act: unsupported: " + joined(lacking));
+  take_action(action);
+}
+
 }  // namespace touchstone::physics

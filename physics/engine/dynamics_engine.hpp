@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/physics/engine/engine_features.hpp"
 #include "touchstone/physics/scene/dynamic_scene.hpp"
 
 /// @file
@@ -116,6 +117,15 @@ class DynamicsEngine {
   /// @throws InputError: as remove(), one that is in, a bad pose, velocities that are not finite.
   void add(std::size_t object, const Pose& X_WO, const Vector3& v_W, const Vector3& w_W);
   virtual bool has(std::size_t object) const = 0;
+  /// The object that carries it by a latch, or kNoObject.
+  virtual std::size_t carrier_of(std::size_t object) const = 0;
+
+  /// Carries out a program's own command, given as an action of the scene whose time does not count: a joint
+  /// driven (ramps begin now) or put at a value; a latch or release; a joint between bodies that holds, or
+  /// lets go; an object at its initial pose, or gone. Between steps; the next step has it.
+  /// @throws InputError, and nothing has changed: validate_action(); "unsupported" what the engine lacks of
+  /// it; a latch that `allowed` says more of than the scene's latch option for the same two does.
+  void act(const SceneAction& action);
 
   virtual EngineReturn after_restore() const = 0;
   /// Saves the state, between steps; only this engine can restore it. @throws InputError: "unsupported".
@@ -158,6 +168,12 @@ class DynamicsEngine {
   /// As remove() and add(). @pre the object is dynamic and is in, or out; the pose is valid and all finite
   virtual void take_out(std::size_t object) = 0;
   virtual void put_in(std::size_t object, const Pose& X_WO, const Vector3& v_W, const Vector3& w_W) = 0;
+  /// As act(). @pre validate_action() and the engine's features allow it @throws InputError before it changes
+  /// anything: what this engine's method does not do
+  virtual void take_action(const SceneAction& action) = 0;
+
+  friend class EngineRegistry;  // which knows them
+  EngineFeatures features_;
 };
 
 }  // namespace touchstone::physics

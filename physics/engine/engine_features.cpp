@@ -79,6 +79,24 @@ void add_mechanisms(const DynamicScene& scene, Needs& needs) {
   }
 }
 
+void add_action(const DynamicScene& scene, const SceneAction& action, Needs& needs) {
+  using Kind = SceneAction::Kind;
+  if (action.kind == Kind::set_joint) needs.add(EngineFeature::set_joints, joint_name(scene, action.joint));
+  if (action.kind == Kind::add || action.kind == Kind::remove)
+    needs.add(EngineFeature::come_and_go, object_name(scene, action.carried));
+  if (action.kind == Kind::drive) needs.add_drive(action.drive, joint_name(scene, action.joint));
+  if (action.kind == Kind::latch || action.kind == Kind::release)
+    needs.add(EngineFeature::latches, object_name(scene, action.carried));
+}
+
+std::vector<std::string> lacking_of(const EngineFeatures& features, const std::vector<EngineNeed>& needs) {
+  std::vector<std::string> lacking;
+  for (const EngineNeed& need : needs)
+    if (!features.has(need.feature))
+      lacking.push_back(std::string(to_string(need.feature)) + " (" + need.who + ")");
+  return lacking;
+}
+
 }  // namespace
 
 std::string_view to_string(EngineFeature feature) {
@@ -120,18 +138,9 @@ std::vector<EngineNeed> needs_of(const DynamicScene& scene) {
   // Latches and actions need the features that they use.
   if (!scene.scene.latches.empty())
     needs.add(EngineFeature::latches, "object '" + scene.scene.latches[0].carried + "'");
-  for (const SceneAction& action : scene.actions) {
-    if (action.kind == SceneAction::Kind::set_joint)
-      needs.add(EngineFeature::set_joints, joint_name(scene, action.joint));
-    else if (action.kind == SceneAction::Kind::add || action.kind == SceneAction::Kind::remove)
-      needs.add(EngineFeature::come_and_go, object_name(scene, action.carried));
-    else if (action.kind == SceneAction::Kind::join || action.kind == SceneAction::Kind::part)
-      continue;  // of joints between bodies, which were named
-    else if (action.kind == SceneAction::Kind::drive)
-      needs.add_drive(action.drive, joint_name(scene, action.joint));
-    else
-      needs.add(EngineFeature::latches, object_name(scene, action.carried));
-  }
+  for (const SceneLatchOption& option : scene.latch_options)
+    needs.add(EngineFeature::latches, object_name(scene, option.carried));
+  for (const SceneAction& action : scene.actions) add_action(scene, action, needs);
   // A pair of bodies that is exempt only in part is a need as well.
   const std::string partly = EngineScene(scene).partly_exempt();
   if (!partly.empty()) needs.add(EngineFeature::exempt_parts, partly);
@@ -139,11 +148,14 @@ std::vector<EngineNeed> needs_of(const DynamicScene& scene) {
 }
 
 std::vector<std::string> unsupported(const EngineFeatures& features, const DynamicScene& scene) {
-  std::vector<std::string> lacking;
-  for (const EngineNeed& need : needs_of(scene))
-    if (!features.has(need.feature))
-      lacking.push_back(std::string(to_string(need.feature)) + " (" + need.who + ")");
-  return lacking;
+  return lacking_of(features, needs_of(scene));
+}
+
+std::vector<std::string> unsupported(const EngineFeatures& features, const DynamicScene& scene,
+                                     const SceneAction& action) {
+  Needs needs;
+  add_action(scene, action, needs);
+  return lacking_of(features, needs.take());
 }
 
 }  // namespace touchstone::physics

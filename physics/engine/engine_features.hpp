@@ -84,5 +84,8 @@ std::vector<EngineNeed> needs_of(const DynamicScene& scene);
 /// The parts of it that an engine with these features lacks, in words: "brakes (joint 'arm.shoulder')".
 /// Empty: nothing.
 std::vector<std::string> unsupported(const EngineFeatures& features, const DynamicScene& scene);
+/// The same of one action. @pre the action is valid
+std::vector<std::string> unsupported(const EngineFeatures& features, const DynamicScene& scene,
+                                     const SceneAction& action);
 
 }  // namespace touchstone::physics

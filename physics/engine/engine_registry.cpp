@@ -46,7 +46,9 @@ std::unique_ptr<DynamicsEngine> EngineRegistry::make(const EngineChoice& choice,
   validate(scene);
   const std::vector<std::string> lacking = unsupported(entry.features(choice.check), scene);
   if (!lacking.empty()) throw InputError("engine '" + choice.text() + "': unsupported: " + joined(lacking));
-  return entry.make(scene, choice.check);
+  std::unique_ptr<DynamicsEngine> made = entry.make(scene, choice.check);
+  made->features_ = entry.features(choice.check);
+  return made;
 }
 
 void set_checks(EngineRegistry::Entry& entry, const BackendRegistry& backends) {

@@ -53,6 +53,7 @@ class OwnEngine final : public DynamicsEngine {
   }
 
   bool has(std::size_t object) const override { return simulation_.has(object); }
+  std::size_t carrier_of(std::size_t object) const override { return simulation_.carrier_of(object); }
   EngineReturn after_restore() const override { return EngineReturn::same_bits; }
   std::unique_ptr<EngineSnapshot> snapshot() const override {
     return std::make_unique<Snapshot>(simulation_.snapshot());
@@ -126,6 +127,8 @@ class OwnEngine final : public DynamicsEngine {
   void put_in(std::size_t object, const Pose& X_WO, const Vector3& v_W, const Vector3& w_W) override {
     simulation_.add(object, X_WO, v_W, w_W);
   }
+
+  void take_action(const SceneAction& action) override { simulation_.act(action); }
 
   /// No force moves objects that a kinematic body or the ground carries.
   void take_push(std::size_t object, const Vector3& force_W, const Vector3& p_W,

@@ -151,6 +151,33 @@ void SceneEngine::carry_out(const SceneAction& action) {
   }
 }
 
+/// A latch is one that the engine was set up for: of the scene, or one of its options.
+void SceneEngine::take_action(const SceneAction& action) {
+  refuse(action);
+  SceneAction now = action;
+  if (action.kind == SceneAction::Kind::latch) {
+    if (!action.allowed.empty())
+      throw InputError("latch: what it allows is said by a latch option of the scene");
+    const auto& options = scene().latch_options;
+    const auto option = std::find_if(options.begin(), options.end(), [&](const SceneLatchOption& each) {
+      return each.carrier == action.carrier && each.carried == action.carried;
+    });
+    if (option == options.end())
+      throw InputError("unsupported: a latch that is no latch option of the scene (" +
+                       object_name(scene(), action.carried) + ")");
+    now.allowed = option->allowed;
+  }
+  carry_out(now);
+  apply_drives(true);
+}
+
+std::size_t SceneEngine::carrier_of(std::size_t object) const {
+  const std::size_t body = bodies_.body_of(object);
+  for (const Held& each : held_)
+    if (each.carried == body) return bodies_.bodies()[each.carrier].objects[0];
+  return kNoObject;
+}
+
 void SceneEngine::begin_step() {
   const DynamicScene& scene = this->scene();
   refused_.clear();
@@ -479,6 +506,7 @@ double SceneEngine::worst_depth() {
 SceneEngine::JointState SceneEngine::read_joint(std::size_t) const { return {}; }
 void SceneEngine::set_drive(std::size_t, const JointDrive&) {}
 void SceneEngine::set_joint(std::size_t, double, double) {}
+void SceneEngine::refuse(const SceneAction&) const {}
 void SceneEngine::latch(std::size_t, std::size_t) {}
 void SceneEngine::release(std::size_t) {}
 void SceneEngine::switch_joint(std::size_t, bool) {}

@@ -20,6 +20,7 @@ class SceneEngine : public DynamicsEngine {
   EngineStep step() final;
 
   bool has(std::size_t object) const final { return !is_out(bodies_.body_of(object)); }
+  std::size_t carrier_of(std::size_t object) const final;
   std::unique_ptr<EngineSnapshot> snapshot() const final;
   void restore(const EngineSnapshot& snapshot) final;
   void reset() final;
@@ -81,6 +82,8 @@ class SceneEngine : public DynamicsEngine {
   /// From now on a joint of EngineScene::joints() has the value and the rate, and what hangs on it goes
   /// along.
   virtual void set_joint(std::size_t joint, double value, double rate);
+  /// What the engine's method does not do of an action. @throws InputError: "unsupported"
+  virtual void refuse(const SceneAction& action) const;
   /// Joins two bodies at their current poses into one; and parts them. `carrier` may be of any kind.
   virtual void latch(std::size_t carrier, std::size_t carried);
   virtual void release(std::size_t carried);
@@ -121,6 +124,7 @@ class SceneEngine : public DynamicsEngine {
   };
   struct Snapshot;
 
+  void take_action(const SceneAction& action) final;
   void take_out(std::size_t object) final;
   void put_in(std::size_t object, const Pose& X_WO, const Vector3& v_W, const Vector3& w_W) final;
   void take_push(std::size_t object, const Vector3& force_W, const Vector3& p_W,

@@ -95,7 +95,9 @@ void validate_mechanism(const DynamicScene& scene, const SceneMechanism& mechani
 class LatchPlan {
  public:
   explicit LatchPlan(const DynamicScene& scene)
-      : scene_(&scene), carrier_(scene.scene.objects.size(), kNoObject), is_out_(absent_at_start(scene)) {}
+      : LatchPlan(scene, {std::vector(scene.scene.objects.size(), kNoObject), absent_at_start(scene)}) {}
+  LatchPlan(const DynamicScene& scene, ScenePlaces now)
+      : scene_(&scene), carrier_(std::move(now.carriers)), is_out_(std::move(now.is_out)) {}
 
   void latch(std::size_t carrier, std::size_t carried, const std::string& where) {
     const std::string here = where + "latch: ";
@@ -159,6 +161,38 @@ void validate_latch_options(const DynamicScene& scene) {
   }
 }
 
+void validate_joint_action(const DynamicScene& scene, const SceneAction& action) {
+  using Kind = SceneAction::Kind;
+  if (action.kind == Kind::drive) {
+    require_moving(scene, action.joint, action.where + "drive: ");
+    validate_drive(action.drive, action.where + "drive: ");
+  }
+  // Joints are put within their limits.
+  if (action.kind == Kind::set_joint) {
+    if (action.joint.is_of_bodies()) reject(action.where, "set: only joints of mechanisms are put at values");
+    const SceneJoint& joint = require_joint(scene, action.joint, action.where + "set: ");
+    if (!std::isfinite(action.rate) || !(action.value >= joint.lower && action.value <= joint.upper))
+      reject(action.where, "set: joint '" + joint.name + "': the value is out of its limits, or no number");
+  }
+  if (action.kind == Kind::join || action.kind == Kind::part) {
+    const bool is_known = action.joint.is_of_bodies() && action.joint.joint < scene.joints.size();
+    if (!is_known) reject(action.where, "join or part: no joint between bodies");
+  }
+}
+
+/// The plan goes on with what the action does.
+void validate_in_plan(const DynamicScene& scene, const SceneAction& action, LatchPlan& plan) {
+  using Kind = SceneAction::Kind;
+  if (action.kind == Kind::latch) {
+    plan.latch(action.carrier, action.carried, action.where);
+    validate_allowed(scene, action.allowed, action.where);
+  }
+  if (action.kind == Kind::release) plan.release(action.carried, action.where);
+  if (action.kind == Kind::add || action.kind == Kind::remove)
+    plan.come_or_go(action.carried, action.kind == Kind::add, action.where);
+  validate_joint_action(scene, action);
+}
+
 void validate_actions(const DynamicScene& scene) {
   // The plan starts with the latches that hold from the start.
   LatchPlan plan(scene);
@@ -170,28 +204,7 @@ void validate_actions(const DynamicScene& scene) {
     if (!(action.time >= earliest) || !std::isfinite(action.time))
       reject(action.where, "action: the time is before the action above, or is none");
     earliest = action.time;
-    if (action.kind == SceneAction::Kind::latch) {
-      plan.latch(action.carrier, action.carried, action.where);
-      validate_allowed(scene, action.allowed, action.where);
-    }
-    if (action.kind == SceneAction::Kind::release) plan.release(action.carried, action.where);
-    if (action.kind == SceneAction::Kind::add || action.kind == SceneAction::Kind::remove)
-      plan.come_or_go(action.carried, action.kind == SceneAction::Kind::add, action.where);
-    // Joints are put within their limits.
-    if (action.kind == SceneAction::Kind::set_joint) {
-      if (action.joint.is_of_bodies())
-        reject(action.where, "set: only joints of mechanisms are put at values");
-      const SceneJoint& joint = require_joint(scene, action.joint, action.where + "set: ");
-      if (!std::isfinite(action.rate) || !(action.value >= joint.lower && action.value <= joint.upper))
-        reject(action.where, "set: joint '" + joint.name + "': the value is out of its limits, or no number");
-    }
-    if (action.kind == SceneAction::Kind::join || action.kind == SceneAction::Kind::part) {
-      const bool is_known = action.joint.is_of_bodies() && action.joint.joint < scene.joints.size();
-      if (!is_known) reject(action.where, "join or part: no joint between bodies");
-    }
-    if (action.kind != SceneAction::Kind::drive) continue;
-    require_moving(scene, action.joint, action.where + "drive: ");
-    validate_drive(action.drive, action.where + "drive: ");
+    validate_in_plan(scene, action, plan);
   }
 }
 
@@ -293,6 +306,15 @@ void validate_links(const DynamicScene& scene, const std::vector<std::string>& m
 }
 
 }  // namespace
+
+void validate_action(const DynamicScene& scene, const SceneAction& action, const ScenePlaces& now) {
+  LatchPlan plan(scene, now);
+  validate_in_plan(scene, action, plan);
+  if (action.kind != SceneAction::Kind::latch) return;
+  if (const std::string joint = joint_that_holds(scene, action.carried); !joint.empty())
+    reject(action.where,
+           "latch: " + object_name(scene, action.carried) + " is held by joint '" + joint + "'");
+}
 
 std::string_view to_string(BodyKind kind) {
   constexpr std::array<std::string_view, 4> kNames{"static", "kinematic", "dynamic", "link"};

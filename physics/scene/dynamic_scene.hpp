@@ -228,6 +228,13 @@ void validate_body(const DynamicScene& scene, std::size_t object);
 /// @throws InputError starting with `where`: crossed or negative limits, an axis that is not unit, a value
 /// out of limits, figures that are not finite, unknown objects, a drive of a fixed joint.
 void validate_joint(const DynamicScene& scene, const SceneMechanism& mechanism, const SceneJoint& joint);
+/// Which objects carry which, and which are out, by object: what an action of a run meets.
+struct ScenePlaces {
+  std::vector<std::size_t> carriers;  ///< kNoObject: carried by none
+  std::vector<std::uint8_t> is_out;
+};
+/// An action at a run's present, whatever its time. @throws InputError as validate(DynamicScene) of actions
+void validate_action(const DynamicScene& scene, const SceneAction& action, const ScenePlaces& now);
 /// Its kind as a mechanism's would be, for units; ball: fixed. @pre there is one
 JointKind kind_of(const DynamicScene& scene, const JointAddress& joint);
 /// "object 'box'". @pre there is one

@@ -83,7 +83,7 @@ void SceneSimulation::begin_step() {
       set_joint(action.joint, action.value, action.rate);
       continue;
     }
-    is_refused_ = !carry_out(action);
+    is_refused_ = !carry_out(action, scene_->scene.latches.size() + next_action_);
     if (is_refused_) break;
     any_change = true;
   }

@@ -60,6 +60,13 @@ class SceneSimulation {
   bool latch_now(std::size_t option);
   bool release_now(std::size_t carried);
 
+  /// Carries out an action now, whatever its time, as begin_step() does those of the scene; ramps begin now.
+  /// What a latch allows are the pairs of the scene's latch option of the same two, if there is one. Between
+  /// steps; the next step has the change.
+  /// @throws InputError, and nothing has changed: validate_action(); pairs that the action itself allows;
+  /// an inertia that begin_step() refuses.
+  void act(const SceneAction& action);
+
   /// A joint's value and rate from now on, as if it had always been there; its drive stays. What it carries
   /// goes along, through whatever is in its way. Between steps; does not allocate.
   /// @throws InputError: no such joint, a fixed one, a value out of its limits, figures that are not finite.
@@ -189,7 +196,8 @@ class SceneSimulation {
   std::vector<std::size_t> find_clusters() const;
 
   // scene_simulation_latches.cpp
-  bool carry_out(const SceneAction& action);
+  bool carry_out(const SceneAction& action, std::size_t latch);
+  std::size_t option_of(const SceneAction& action) const;
   std::size_t first_option() const { return scene_->scene.latches.size() + scene_->actions.size(); }
   void latch(std::size_t carrier, std::size_t carried, std::size_t latch);
   void capture_by_link(const Mover& link, const RigidBody& body, const RigidBodyState& state);

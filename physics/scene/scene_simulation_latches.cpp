@@ -62,11 +62,11 @@ void SceneSimulation::change_contacts() {
 }
 
 /// Both refuse before they change anything. @return false where they do.
-bool SceneSimulation::carry_out(const SceneAction& action) {
+bool SceneSimulation::carry_out(const SceneAction& action, std::size_t latch_index) {
   const bool is_latch = action.kind == SceneAction::Kind::latch;
   if (is_latch && (pieces_[action.carrier].is_out || pieces_[action.carried].is_out)) return false;
   try {
-    if (is_latch) latch(action.carrier, action.carried, scene_->scene.latches.size() + next_action_);
+    if (is_latch) latch(action.carrier, action.carried, latch_index);
     if (action.kind == SceneAction::Kind::release) release(action.carried);
     if (action.kind == SceneAction::Kind::join)
       world_->join_as_they_stand(static_cast<std::uint32_t>(action.joint.joint));
@@ -82,6 +82,31 @@ bool SceneSimulation::carry_out(const SceneAction& action) {
     return false;
   }
   return true;
+}
+
+/// The latch of the scene's option for the same two objects, or none.
+std::size_t SceneSimulation::option_of(const SceneAction& action) const {
+  for (std::size_t i = 0; i < scene_->latch_options.size(); ++i) {
+    const SceneLatchOption& option = scene_->latch_options[i];
+    if (option.carrier == action.carrier && option.carried == action.carried) return first_option() + i;
+  }
+  return kNoLatch;
+}
+
+void SceneSimulation::act(const SceneAction& action) {
+  ScenePlaces now;
+  for (const Piece& piece : pieces_) {
+    now.carriers.push_back(piece.carrier);
+    now.is_out.push_back(piece.is_out ? 1 : 0);
+  }
+  validate_action(*scene_, action, now);
+  if (!action.allowed.empty())
+    throw InputError("latch: what it allows is said by a latch option of the scene");
+  if (action.kind == SceneAction::Kind::drive) return set_drive(action.joint, action.drive);
+  if (action.kind == SceneAction::Kind::set_joint) return set_joint(action.joint, action.value, action.rate);
+  if (!carry_out(action, option_of(action)))
+    throw InputError("act: object '" + name_of(action.carried) + "': a body would have no valid inertia");
+  change_contacts();
 }
 
 bool SceneSimulation::latch_now(std::size_t option) {

@@ -171,6 +171,79 @@ TEST_P(EngineCommands, AJointPutAtAValueGoesOnFromThere) {
   expect_error("turned on at [rad/s]", std::abs(turning->joint_rate({0, 0}) + 0.2), 1e-12, 1e-9);
 }
 
+/// A rod on a hinge, a box on the ground and one above it that a joint between bodies may hold.
+DynamicScene told_scene() {
+  DynamicScene scene = empty_scene(0.4);
+  add_ground(scene);
+  const std::size_t rod = add_box(scene, "rod", {1, 0.02, 0.02}, {3, 0, 1}, 3.0);
+  scene.bodies[rod].kind = BodyKind::link;
+  physics::SceneJoint hinge;
+  hinge.name = "hinge";
+  hinge.child = rod;
+  hinge.p_W = {2.5, 0, 1};
+  hinge.effort = 100.0;
+  scene.mechanisms.push_back({"arm", {hinge}, {}});
+  add_box(scene, "box", {0.2, 0.2, 0.2}, {0, 0, 0.1}, 3.0);
+  add_box(scene, "load", {0.2, 0.2, 0.2}, {0, 0, 0.301}, 1.0);
+  scene.gravity_W = {0, 0, -kGravity};
+  return scene;
+}
+
+/// What a scene has its engine do at `time`, and what a program tells it then, come to the same bits.
+TEST_P(EngineCommands, WhatAProgramTellsIsWhatAnActionOfTheSceneDoes) {
+  using Kind = physics::SceneAction::Kind;
+  constexpr std::size_t kBox = 2, kLoad = 3;
+  std::vector<physics::SceneAction> actions(8);
+  for (std::size_t i = 0; i < actions.size(); ++i) actions[i].time = 0.1, actions[i].joint = {0, 0};
+  actions[0].drive.drive.torque = 2.0, actions[0].drive.ramp = 3.0;
+  actions[1].drive.drive.mode = physics::JointDrive::Mode::rate, actions[1].drive.drive.rate = 0.3;
+  actions[2].drive.drive.mode = physics::JointDrive::Mode::brake;
+  actions[3].drive.drive.mode = physics::JointDrive::Mode::position, actions[3].drive.drive.stiffness = 30.0;
+  actions[4].kind = Kind::set_joint, actions[4].value = 0.2, actions[4].rate = -0.1;
+  actions[5].kind = Kind::remove, actions[5].carried = kLoad;
+  actions[6].kind = Kind::latch, actions[6].carrier = kBox, actions[6].carried = kLoad;
+  actions[7].kind = Kind::add, actions[7].carried = kLoad;
+  for (const physics::SceneAction& action : actions) {
+    SCOPED_TRACE(static_cast<int>(&action - actions.data()));
+    DynamicScene told = told_scene();
+    if (!can(EngineFeature::arms)) told.mechanisms.clear(), told.bodies[1].kind = BodyKind::fixed;
+    if (action.kind == Kind::latch && can(EngineFeature::latches))
+      told.latch_options.push_back({kBox, kLoad});
+    DynamicScene acting = told;
+    acting.actions = {action};
+    const bool is_of_arm = action.kind == Kind::drive || action.kind == Kind::set_joint;
+    if (is_of_arm && !can(EngineFeature::arms)) continue;
+    const auto engine = engines().make(GetParam(), told);
+    if (action.kind == Kind::add) engine->remove(kLoad);
+    while (engine->steps() < 100) take_step(*engine, [] {});
+    // What the scene would be refused for is refused by the same words, and changes nothing.
+    std::unique_ptr<physics::DynamicsEngine> other;
+    std::string why;
+    try {
+      other = engines().make(GetParam(), acting);
+    } catch (const InputError& error) {
+      why = error.what();
+    }
+    if (!other) {
+      try {
+        engine->act(action);
+        ADD_FAILURE() << "taken";
+      } catch (const InputError& error) {
+        const std::string_view said = error.what();
+        EXPECT_NE(said.find("unsupported"), std::string_view::npos) << said;
+      }
+      continue;
+    }
+    engine->act(action);
+    while (!other->is_over()) take_step(*other, [] {});
+    while (!engine->is_over()) take_step(*engine, [] {});
+    for (std::size_t i = 1; i < told.bodies.size(); ++i) {
+      EXPECT_EQ(engine->object_pose(i).p, other->object_pose(i).p) << i;
+      EXPECT_EQ(engine->object_pose(i).R, other->object_pose(i).R) << i;
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Engines, EngineCommands, ::testing::ValuesIn(choices()), name_of);
 
 }  // namespace
