@@ -204,6 +204,16 @@ void act(DynamicScene& self, double time, const std::string& kind, const std::st
   self.actions.insert(later, std::move(action));
 }
 
+/// A latch that Simulation.latch() may close.
+void add_latch_option(DynamicScene& self, const std::string& carried, const std::string& carrier,
+                      const std::vector<std::pair<std::string, std::string>>& allowed) {
+  SceneLatchOption option;
+  option.carried = object_of(self, carried, kNoObject);
+  option.carrier = object_of(self, carrier, kNoObject);
+  for (const auto& [first, second] : allowed) option.allowed.push_back({first, second});
+  self.latch_options.push_back(std::move(option));
+}
+
 // ---- names
 
 std::vector<std::string> object_names(const DynamicScene& self) {
@@ -238,6 +248,10 @@ void bind_joints(SceneClass& scene) {
           "A joint between bodies, links and the ground (parent None), which may close loops. kind: 'fixed', "
           "'revolute', 'prismatic', 'ball'. Its value is 0 at the start. holds: False: from the action "
           "'join' on.")
+      .def("add_latch_option", &add_latch_option, py::arg("carried"), py::arg("carrier"),
+           py::arg("allowed") = std::vector<std::pair<std::string, std::string>>{},
+           "A latch that Simulation.latch() may close; allowed: pairs of names that are not checked while it "
+           "holds.")
       // Actions at a time.
       .def("act", &act, py::arg("time"), py::arg("kind"), py::arg("what"), py::arg("drive") = py::none(),
            py::arg("value") = py::none(), py::arg("rate") = py::none(), py::arg("carrier") = py::none(),
