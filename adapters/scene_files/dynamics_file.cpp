@@ -62,10 +62,11 @@ void read_settings(const YamlReader& dynamics, DynamicScene& out) {
 }
 
 DynamicScene read_dynamics(const YamlReader& dynamics, Scene scene) {
-  dynamics.require_keys(
-      {"gravity",      "step",     "contact_margin", "friction",    "restitution", "combine", "pairs",
-       "bounce_speed", "push_out", "part_speed",     "sleep_speed", "sleep_time",  "bodies",  "mechanisms",
-       "joints",       "arms",     "actions",        "answers",     "conserved",   "accept",  "guard"});
+  dynamics.require_keys({"gravity",     "step",       "contact_margin", "friction",   "restitution",
+                         "combine",     "pairs",      "bounce_speed",   "push_out",   "part_speed",
+                         "sleep_speed", "sleep_time", "bodies",         "mechanisms", "joints",
+                         "arms",        "exempt",     "latches",        "actions",    "answers",
+                         "conserved",   "accept",     "guard"});
   DynamicScene out;
   out.scene = std::move(scene);
   read_settings(dynamics, out);
@@ -84,6 +85,11 @@ DynamicScene read_dynamics(const YamlReader& dynamics, Scene scene) {
   if (dynamics.has("joints"))
     for (const YamlReader& item : dynamics.at("joints").list()) read_body_joint(item, out);
   read_pairs(dynamics, out);
+  // Those that name links of arms, which the scene itself does not know.
+  if (dynamics.has("exempt"))
+    for (ExemptPair& pair : read_exempt_pairs(dynamics.at("exempt"), out.scene))
+      out.scene.exempt_pairs.push_back(std::move(pair));
+  if (dynamics.has("latches")) read_latches(dynamics.at("latches"), out.scene);
   if (dynamics.has("actions"))
     for (const YamlReader& item : dynamics.at("actions").list())
       out.actions.push_back(read_action(item, out));

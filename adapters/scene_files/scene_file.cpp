@@ -337,16 +337,6 @@ void add_copies(const YamlReader& reader, const SceneObject& object, std::set<st
       }
 }
 
-void read_latches(const YamlReader& reader, Scene& scene) {
-  for (const YamlReader& item : reader.list()) {
-    item.require_keys({"carrier", "carried", "allowed"});
-    SceneLatch latch{item.at("carrier").text(), item.at("carried").text(), {}};
-    if (item.has("allowed")) latch.allowed = scene_files::read_exempt_pairs(item.at("allowed"), scene);
-    scene.latches.push_back(std::move(latch));
-    item.bare().located([&] { validate_latch(scene, scene.latches.size() - 1); });
-  }
-}
-
 Scene read_scene(const YamlReader& root, YamlSource& source, const SceneParameters& parameters) {
   // Keys of dynamics are read by programs that have any (dynamics_file.hpp).
   root.require_keys({"name", "description", "units", "parameters", "frame_rate", "contact_gap", "policy",
@@ -377,7 +367,7 @@ Scene read_scene(const YamlReader& root, YamlSource& source, const SceneParamete
   // Rules, exemptions and latches name objects, so they come after them.
   if (root.has("rules")) scene.rules = scene_files::read_rules(root.at("rules"), scene);
   if (root.has("exempt")) scene.exempt_pairs = scene_files::read_exempt_pairs(root.at("exempt"), scene);
-  if (root.has("latches")) read_latches(root.at("latches"), scene);
+  if (root.has("latches")) scene_files::read_latches(root.at("latches"), scene);
   return scene;
 }
 

@@ -129,4 +129,14 @@ std::vector<ExemptPair> read_exempt_pairs(const YamlReader& reader, const Scene&
   return pairs;
 }
 
+void read_latches(const YamlReader& reader, Scene& scene) {
+  for (const YamlReader& item : reader.list()) {
+    item.require_keys({"carrier", "carried", "allowed"});
+    SceneLatch latch{item.at("carrier").text(), item.at("carried").text(), {}};
+    if (item.has("allowed")) latch.allowed = read_exempt_pairs(item.at("allowed"), scene);
+    scene.latches.push_back(std::move(latch));
+    item.bare().located([&] { validate_latch(scene, scene.latches.size() - 1); });
+  }
+}
+
 }  // namespace touchstone::scene_files

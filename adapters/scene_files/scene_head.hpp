@@ -35,5 +35,7 @@ std::vector<SceneRule> read_rules(const YamlReader& reader, const Scene& scene);
 
 /// A list of pairs of names, each of an object, `object/hexahedron` or a group of the scene.
 std::vector<ExemptPair> read_exempt_pairs(const YamlReader& reader, const Scene& scene);
+/// A list of latches, added to Scene::latches. @throws InputError: validate_latch()
+void read_latches(const YamlReader& reader, Scene& scene);
 
 }  // namespace touchstone::scene_files
