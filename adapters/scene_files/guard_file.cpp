@@ -44,6 +44,14 @@ SceneHand read_hand(const YamlReader& item, const Scene& scene) {
   return hand;
 }
 
+/// A figure of SlideBudget, if the guard has it.
+void read_most(const YamlReader& guard, const char* key, std::uint64_t& most) {
+  if (!guard.has(key)) return;
+  const int value = guard.at(key).integer();
+  if (value < 1) guard.at(key).fail("must be at least 1");
+  most = static_cast<std::uint64_t>(value);
+}
+
 }  // namespace
 
 bool has_guard(const std::filesystem::path& path) {
@@ -52,8 +60,9 @@ bool has_guard(const std::filesystem::path& path) {
          document["dynamics"]["guard"];
 }
 
-GuardedScene load_guarded_scene(const std::filesystem::path& path, const SceneParameters& parameters) {
-  GuardedScene out{load_dynamic_scene(path, parameters), {}, {}};
+GuardedScene load_guarded_scene(const std::filesystem::path& path, const SceneParameters& parameters,
+                                const ArmModels& arm_models) {
+  GuardedScene out{load_dynamic_scene(path, parameters, arm_models), {}, {}};
   YamlSource source;
   source.file = path.string();
   const YAML::Node document = scene_files::parse_yaml(path);
@@ -63,9 +72,11 @@ GuardedScene load_guarded_scene(const std::filesystem::path& path, const ScenePa
   const YamlReader dynamics = root.at("dynamics");
   if (!dynamics.has("guard")) dynamics.fail("there is no guard");
   const YamlReader guard = dynamics.at("guard");
-  guard.require_keys({"policy", "gap", "rules", "hands"});
+  guard.require_keys({"policy", "gap", "slide_pairs", "slide_work", "rules", "hands"});
   if (guard.has("policy")) out.settings.policy = read_guard_policy(guard.at("policy"));
   if (guard.has("gap")) out.settings.gap = guard.at("gap").length();
+  read_most(guard, "slide_pairs", out.settings.slides.pairs);
+  read_most(guard, "slide_work", out.settings.slides.mover_work);
   if (guard.has("rules"))
     for (const YamlReader& item : guard.at("rules").list()) out.settings.rules.push_back(read_rule(item));
   if (guard.has("hands"))

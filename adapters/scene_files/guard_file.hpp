@@ -36,7 +36,9 @@ struct GuardedScene {
 /// Reads a scene file with its `dynamics` and the `guard` in it (adapters/scene_files/README.md).
 /// @throws InputError as load_dynamic_scene(); further: no guard, unknown policies, names and keys, rows out
 /// of order.
-GuardedScene load_guarded_scene(const std::filesystem::path& path, const SceneParameters& parameters = {});
+/// @param arm_models empty: bundled arms only.
+GuardedScene load_guarded_scene(const std::filesystem::path& path, const SceneParameters& parameters = {},
+                                const ArmModels& arm_models = {});
 /// Whether the file has a `guard`. @throws InputError: it is no YAML.
 bool has_guard(const std::filesystem::path& path);
 

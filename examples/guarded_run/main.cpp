@@ -8,6 +8,7 @@
 #include "touchstone/examples/program/options/bundled_folder.hpp"
 #include "touchstone/examples/program/options/choices.hpp"
 #include "touchstone/examples/program/terminal/program.hpp"
+#include "touchstone/examples/robot_files/robot_files.hpp"
 
 namespace {
 
@@ -18,6 +19,7 @@ struct Options {
   std::vector<std::string> scenes, contacts{"native"}, settings;
   std::string output = "guarded";
   std::filesystem::path folder;
+  robot_files::RobotChoices robots;
   bool list = false;
 };
 
@@ -34,7 +36,10 @@ bool parse(int argc, char** argv, Options& options) {
   std::string folder;
   app.add_option("--scenes", folder, "Folder with the scenes");
   app.add_flag("--list", options.list, "List scenes and narrowphases");
+  robot_files::add_robot_options(app, options.robots);
   if (!program::parse_command_line(app, argc, argv)) return false;
+  if (!options.robots.files.empty())
+    throw InputError("--robot: robots come with a scene that has a guard, as the model of an arm");
   options.folder = folder.empty() ? program::bundled_folder(TOUCHSTONE_EXAMPLES, "guarded_run/scenes")
                                   : std::filesystem::path(folder);
   return true;
@@ -45,12 +50,15 @@ int run(int argc, char** argv) {
   if (!parse(argc, argv, options)) return 0;
   BackendRegistry registry;
   register_all_backends(registry);
+  const ArmModels models = robot_files::arm_models(
+      options.robots, [](const std::string& account) { program::print_now(account); });
   // A list needs scenes and backends alone.
   const std::vector<std::filesystem::path> files =
       program::choose_files({options.folder, "--scenes", "there is no such scene"}, options.scenes);
   if (options.list) {
     for (const std::filesystem::path& file : files)
-      fmt::print("  {:26}  {}\n", file.stem().string(), load_guarded_scene(file).scene.scene.name);
+      fmt::print("  {:26}  {}\n", file.stem().string(),
+                 load_guarded_scene(file, {}, models).scene.scene.name);
     fmt::print("{}", program::backend_list(registry));
     return 0;
   }
@@ -65,7 +73,7 @@ int run(int argc, char** argv) {
   program::print_now(legend_text());
   // Each scene is run over the contacts of every backend that is chosen.
   for (const std::filesystem::path& file : files) {
-    const GuardedScene scene = load_guarded_scene(file, parameters);
+    const GuardedScene scene = load_guarded_scene(file, parameters, models);
     const std::string name = file.stem().string();
     std::vector<GuardedRun> runs;
     program::ProgressLine progress;

@@ -59,6 +59,12 @@ std::string terminal_text(const std::string& name, const GuardedScene& scene,
                fmt::format("{:.3g}", run.energy), fmt::format("{:.2g}", run.held_back),
                run.allocations ? fmt::format("{}", *run.allocations) : "-"});
     times += times_row(run);
+    if (run.began_merged > 0)
+      times += fmt::format("  {:14} the scene begins with {} points merged or touching, of {} first\n",
+                           run.contacts, run.began_merged, run.first_merged);
+    if (run.slides_ended > 0)
+      times += fmt::format("  {:14} slides ended by the guard's budget in {} steps\n", run.contacts,
+                           run.slides_ended);
     if (!run.stopped.empty()) times += fmt::format("  {:14} stopped {}\n", run.contacts, run.stopped);
   }
   return text + table.str() + times;
@@ -68,15 +74,16 @@ std::string results_csv(const std::string& name, const std::vector<GuardedRun>& 
   std::string text =
       "scene,contacts,not_run,steps,frames,cut,standing,stalled,driven_back,judge,merged,least_separation_m,"
       "unexplained_N_s,energy_taken_J,held_back_m,allocations,frame_median_us,frame_p999_us,frame_worst_us,"
-      "step_median_us,step_worst_us\n";
+      "step_median_us,step_worst_us,slides_ended\n";
   for (const GuardedRun& run : runs)
     text += fmt::format(
         "{},{},{},{},{},{},{},{},{},{},{},{:.17g},{:.17g},{:.17g},{:.17g},{},{:.6g},{:.6g},{:.6g},{:.6g},{:."
-        "6g}\n",
+        "6g},{}\n",
         name, run.contacts, run.not_run.empty() ? "" : "\"" + run.not_run + "\"", run.steps, run.frames,
         run.cut, run.standing, run.stalled, run.driven_back, run.judge, run.merged, run.least_separation,
         run.linear, run.energy, run.held_back, run.allocations ? fmt::format("{}", *run.allocations) : "",
-        run.frame.median_us, run.frame.p999_us, run.frame.worst_us, run.step.median_us, run.step.worst_us);
+        run.frame.median_us, run.frame.p999_us, run.frame.worst_us, run.step.median_us, run.step.worst_us,
+        run.slides_ended);
   return text;
 }
 

@@ -49,6 +49,7 @@ class Flight {
   }
 
   GuardedRun fly(program::ProgressLine& progress) {
+    judge_start();
     while (!run_.is_over() && out_.stopped.empty()) {
       frame();
       progress.share(static_cast<double>(run_.simulation().steps()) /
@@ -138,9 +139,14 @@ class Flight {
     out_.linear = std::max(out_.linear, norm(step.linear_W - (step.impulses.impulse_W - step.held_W)));
     out_.energy -= step.energy;
     out_.held_back = std::max(out_.held_back, step.held_back);
+    out_.slides_ended += step.slides_ended > 0 ? 1 : 0;
     sample_.impulse += norm(step.impulses.impulse_W) + norm(step.held_W);
     look_at_hand();
-    judge();
+    judge([&](const physics::ContactOrigin& origin) {
+      out_.merged += origin.separation <= 0.0 ? 1 : 0;
+      out_.least_separation = std::min(out_.least_separation, origin.separation);
+      sample_.separation = std::fmin(sample_.separation, origin.separation);
+    });
   }
 
   void look_at_hand() {
@@ -159,7 +165,8 @@ class Flight {
   }
 
   /// Pairs near each other that any policy but `cue` is about, where they are shown.
-  void judge() {
+  template <class Look>
+  void judge(const Look& look) {
     if (!judge_ || judged_ != run_.simulation().worlds()) {
       judge_ = std::make_unique<NarrowphaseContacts>(registry_->make_broadphase("native"),
                                                      registry_->make_narrowphase(out_.judge), 1e-4);
@@ -170,11 +177,19 @@ class Flight {
     for (const physics::ContactOrigin& origin : judge_->origins()) {
       const std::size_t a = run_.simulation().object_of(origin.solids.a),
                         b = run_.simulation().object_of(origin.solids.b);
-      if (run_.policy(a, b) == physics::GuardPolicy::cue) continue;
-      out_.merged += origin.separation <= 0.0 ? 1 : 0;
-      out_.least_separation = std::min(out_.least_separation, origin.separation);
-      sample_.separation = std::fmin(sample_.separation, origin.separation);
+      if (run_.policy(a, b) != physics::GuardPolicy::cue) look(origin);
     }
+  }
+
+  /// What merges before anything has moved is the scene's, and lasts until it parts.
+  void judge_start() {
+    judge([&](const physics::ContactOrigin& origin) {
+      if (origin.separation > 0.0) return;
+      const physics::SceneSimulation& simulation = run_.simulation();
+      if (out_.began_merged++ == 0)
+        out_.first_merged = "'" + simulation.solid_name(origin.solids.a) + "' and '" +
+                            simulation.solid_name(origin.solids.b) + "'";
+    });
   }
 
   const GuardedScene* scene_;

@@ -36,11 +36,15 @@ struct GuardedRun {
   std::size_t stalled = 0;  ///< frames in which a joint gave all its torque and the hand moved back or stood
   std::size_t driven_back = 0;  ///< of them, against where it was asked to go
   std::size_t merged = 0;       ///< pairs and steps, by `exact` where it is built, on what is shown
+  /// Of the scene's own poses: pairs of hexahedra that touch or overlap before the first step, and the first.
+  std::size_t began_merged = 0;
+  std::string first_merged;
   std::string judge;
   double least_separation = kInfinity;  ///< shown [m]
   double linear = 0.0;     ///< momentum of cuts that impulses and standing do not explain, the largest [N s]
   double energy = 0.0;     ///< that cuts took, sum [J]; below 0: they gave it
   double held_back = 0.0;  ///< farthest that anything was held back in a step [m]
+  std::size_t slides_ended = 0;              ///< steps in which the guard's budget ended a slide
   std::optional<std::uint64_t> allocations;  ///< in frames after the first ten in which nothing was latched
   measures::StepTimes frame, step;           ///< processor time of the thread, proof and all [us]
   measures::StepTimes wall;                  ///< of frames, by the clock on the wall [us]

@@ -144,6 +144,7 @@ void GuardedSimulation::bring_joints_together(GuardedStep& report) {
   for (int i = 0; i < kMostFollows && follower_.follow(simulation_, is_cut_); ++i) {
     propose();
     const FrameReport further = world_.frame(commands_, joint_commands_);
+    report.slides_ended += static_cast<std::uint32_t>(further.cut_off.size());
     for (const ContactEvent& event : further.events)
       if (event.kind != EventKind::near && event.kind != EventKind::persists) events_.push_back(event);
     if (!find_cuts(report)) break;
@@ -216,6 +217,7 @@ GuardedStep GuardedSimulation::step() {
   if (report.dynamics.failure != StepFailure::none) return report;
   propose();
   frame_ = world_.frame(commands_, joint_commands_);
+  report.slides_ended = static_cast<std::uint32_t>(frame_.cut_off.size());
   take_back(report);
   return report;
 }

@@ -43,6 +43,9 @@ struct GuardSettings {
   /// Shown objects are never nearer than half of this g [m], and rest g apart. At least 10 times the scene's
   /// contact_gap, within which dynamics takes a contact to touch.
   double gap = 1e-7;
+  /// The most that slides of a step do. What they leave waits for the next step and counts as held back:
+  /// less work makes the longest steps shorter and what is shown lag more (GuardedStep::slides_ended).
+  SlideBudget slides = {};
 };
 
 /// A hand that commands a link: the motion of a point fixed in the link, until the next command.
@@ -65,6 +68,8 @@ struct GuardedStep {
   /// Energy of bodies and mechanisms after the cut less that before [J].
   double energy = 0.0;
   double held_back = 0.0;  ///< the farthest that a body's origin or a link's was held back [m]
+  /// Movers whose slides GuardSettings::slides ended before they came to rest: held back for that, too.
+  std::uint32_t slides_ended = 0;
   /// The largest error of a joint between bodies, as all are shown, where something was cut [m] or [rad].
   double joint_error = 0.0;
 };

@@ -71,6 +71,7 @@ GuardedSimulation::GuardedSimulation(const DynamicScene& scene, const GuardSetti
       impulses_(simulation_),
       follower_(simulation_),
       are_joined_(scene.joints.size(), 0) {
+  world_.set_slide_budget(settings_.slides);
   // The world that guards holds the scene's objects before its first frame is made.
   fill_world();
   fill_touching();
