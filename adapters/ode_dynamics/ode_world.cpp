@@ -26,6 +26,10 @@ constexpr double kThinnest = 1e-6;
 /// Between corners that share a load it shifts some mN (0.2 / h of it against a softness of 1e-10).
 constexpr double kTieBreak = 1e-15;
 
+/// So many times deeper, of either check, in a step that is taken again: what ties there ties in softer
+/// contacts, too. By ODE's own check a stack of 20 breaks down in its fourth step in all of kSofter without.
+constexpr double kWiderTies = 100.0;
+
 /// Where ODE's direct method breaks down all the same, the step is taken with softer contacts: these shares
 /// of the velocity that their impulses give to the lightest body stay. Shares of no more than ODE's usual
 /// softness would be the failed step again.
@@ -271,16 +275,22 @@ class OdeEngine final : public SceneEngine {
     return false;
   }
 
-  /// Makes the step's contacts anew, with this softness of all of their rows. The world's own would be that
-  /// of hinges and sliders, too: an arm would let go of what it holds beside a heap of light bodies.
+  /// Makes the step's contacts anew, with this softness of all of their rows, and without ties. The world's
+  /// own would be that of hinges and sliders, too: an arm would let go of what it holds beside a heap of
+  /// light bodies.
   void soften_contacts(double softness) {
     dJointGroupEmpty(ode_.contacts);
     for (std::size_t i = 0; i < point_count_; ++i) {
+      points_[i].contact.geom.depth = points_[i].depth + kWiderTies * tie_break(i);
       dSurfaceParameters& surface = points_[i].contact.surface;
       surface.mode |= dContactSoftCFM | dContactSlip1 | dContactSlip2;
       surface.soft_cfm = surface.slip1 = surface.slip2 = softness;
       join(points_[i]);
     }
+  }
+
+  static double tie_break(std::size_t point) {
+    return kTieBreak * (1.0 + 0.37 * static_cast<double>(point % 7));
   }
 
   void put_back() {
@@ -430,8 +440,7 @@ class OdeEngine final : public SceneEngine {
       point.p_W = vector_of(contact.geom.pos), point.n_W = vector_of(contact.geom.normal);
       point.depth = contact.geom.depth;
       // Depths that differ slightly keep the direct solver from ties.
-      if (options_.is_direct && options_.is_ours)
-        contact.geom.depth += kTieBreak * (1.0 + 0.37 * static_cast<double>(point_count_ % 7));
+      if (options_.is_direct && options_.is_ours) contact.geom.depth += tie_break(point_count_);
       point.contact = contact;
       join(point);
     }
