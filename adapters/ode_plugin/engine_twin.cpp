@@ -125,7 +125,8 @@ int EngineTwin::collide_round(dGeomID geom, dGeomID other, int flags, dContactGe
     const Nearest at_a = nearest(a, a, vertices_, planes_), at_b = nearest(b, b, vertices_, planes_);
     if (at_a.distance <= radius && at_b.distance <= radius && dot(at_a.n, deepest.n) >= kOneNormal &&
         dot(at_b.n, deepest.n) >= kOneNormal) {
-      write(at_a), write(at_b);
+      const bool is_a_deeper = at_a.distance <= at_b.distance;
+      write(is_a_deeper ? at_a : at_b), write(is_a_deeper ? at_b : at_a);
       return count;
     }
   }

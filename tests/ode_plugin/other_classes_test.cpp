@@ -171,6 +171,27 @@ TEST_P(OdeOtherClasses, ACapsuleAcrossAnEdge) {
   EXPECT_NEAR(met.depth, 0.03, kTolerance) << solid_.name;
 }
 
+/// A capsule over the upper face, tilted so that either end is the lower one: of its two contacts the deeper
+/// is the first. (Boxes are met by ODE's own check.)
+TEST_P(OdeOtherClasses, ATiltedCapsulesDeeperEndIsFirst) {
+  if (GetParam() == 0) return;
+  const double radius = 0.1, half = 0.15, tilt = 0.15;
+  const dGeomID capsule = keep(dCreateCapsule(nullptr, radius, 2 * half));
+  for (const double sign : {-1.0, 1.0}) {
+    place(capsule, {0.0, 0.02, 0.5 + radius - 0.03});
+    dMatrix3 down, R;
+    dRFromAxisAndAngle(down, 0, 1, 0, 0.5 * M_PI + sign * tilt);
+    dMultiply0_333(R, turn_, down);
+    dGeomSetRotation(capsule, R);
+    for (const bool swapped : {false, true}) {
+      const Met met = meet(capsule, swapped);
+      ASSERT_EQ(met.contacts.size(), 2u);
+      EXPECT_NEAR(met.contacts[0].depth, 0.03 + half * std::sin(tilt), kTolerance);
+      EXPECT_NEAR(met.contacts[1].depth, 0.03 - half * std::sin(tilt), kTolerance);
+    }
+  }
+}
+
 /// Its middle within the solid: the least way out.
 TEST_P(OdeOtherClasses, ASphereWithin) {
   const dGeomID sphere = keep(dCreateSphere(nullptr, 0.1));
