@@ -67,12 +67,10 @@ std::vector<PlacedHexahedron> make_walls(const WallsSize& size, const Pose& X_OS
       low(axis) = inner(axis);
       high(axis) = inner(axis) + size.thickness;
     }
-    // The wall's corners, from the two that span it.
-    std::array<Vector3, 8> v;
-    for (int bits = 0; bits < 8; ++bits)
-      v[bits] = {bits & 4 ? high.x() : low.x(), bits & 2 ? high.y() : low.y(), bits & 1 ? high.z() : low.z()};
+    // A box about its own centre: engines that know boxes alone take walls, and boxes cost least.
+    const Pose X_OB{Matrix3::Identity(), 0.5 * (low + high)};
     const std::string wall = name + "." + kSide[side];
-    walls.push_back({wall, Hexahedron::from_vertices(v, WarpPolicy::refuse, labelled(wall)), X_OS});
+    walls.push_back({wall, Hexahedron::from_size(high - low, labelled(wall)), compose(X_OS, X_OB)});
   }
   require(!walls.empty(), name, "walls: every side is open");
   return walls;

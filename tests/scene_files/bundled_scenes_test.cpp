@@ -157,6 +157,23 @@ TEST(ElbowIntoLab, TouchesAtTheClosedFormAngleAndClearsAtTheSame) {
   EXPECT_GT(clearance(instance, 6.0 - time + 1e-9), 0.0);
 }
 
+/// Engines whose check knows boxes alone take them.
+TEST(ContainedObject, WallsAreBoxes) {
+  const Scene walls = scene("contained_walls.yaml");
+  std::size_t boxes = 0;
+  for (const SceneObject& object : walls.objects)
+    for (const PlacedHexahedron& placed : object.tree.solids()) {
+      if (placed.name.find('.') == std::string::npos) continue;
+      ASSERT_TRUE(placed.solid.is_box()) << placed.name;
+      ++boxes;
+      // The face inside is where the file puts it.
+      const int axis = placed.name[placed.name.size() - 1] - 'x';
+      const double inner = std::array{0.52, 0.4545, 0.2575}[static_cast<std::size_t>(axis)];
+      EXPECT_NEAR(std::abs(placed.X_OS.p(axis)) - placed.solid.half_extents()(axis), inner, 2e-16);
+    }
+  EXPECT_EQ(boxes, 6u);
+}
+
 TEST(ContainedObject, IsContactInTheSolidBoxAndNoneBetweenWalls) {
   const Scene solid = scene("contained_solid.yaml");
   EXPECT_NEAR(clearance(SceneInstance(solid), 0.0), -0.2725, 1e-15);
