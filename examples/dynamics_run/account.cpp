@@ -40,6 +40,7 @@ Account::Account(const DynamicsEngine& engine)
   energy_drift_ = conserved.energy ? 0.0 : nan;
   largest_energy_ = std::abs(energy_);
   if (hold_free_bodies(engine.scene())) unexplained_momentum_ = nan;
+  scale_momenta(engine);
 }
 
 void Account::join(const DynamicsEngine& engine) {
@@ -91,10 +92,31 @@ void Account::compare_conserved(const DynamicsEngine& engine) {
       angular_drift_ = std::max(angular_drift_, std::abs(turned[axis]));
 }
 
+/// Of links and latched bodies the engine tells the sum alone.
+void Account::scale_momenta(const DynamicsEngine& engine) {
+  const physics::DynamicScene& scene = engine.scene();
+  double linear = norm(engine.linear_momentum()), angular = norm(engine.angular_momentum());
+  for (std::size_t o = 0; o < scene.bodies.size(); ++o) {
+    const auto v_W = engine.velocity(o), w_W = engine.angular_velocity(o);
+    if (scene.bodies[o].kind != physics::BodyKind::dynamic || !v_W || !w_W) continue;
+    // What a body's middle has about the origin at most, and its own.
+    const physics::BodyInertia& inertia = scene.bodies[o].inertia;
+    const Pose X_WO = engine.object_pose(o);
+    const double mv = inertia.mass * norm(*v_W),
+                 size = scene.scene.objects[o].tree.nodes()[0].sphere_O.radius;
+    linear += mv;
+    angular += mv * (norm(transform(X_WO, inertia.centre_B)) + size) +
+               norm(inertia.inertia_B * (X_WO.R.transpose() * *w_W));
+  }
+  linear_scale_ = std::max(linear_scale_, linear);
+  angular_scale_ = std::max(angular_scale_, angular);
+}
+
 void Account::after_step(const DynamicsEngine& engine, std::span<const EngineContact> contacts) {
   add_impulses(engine, contacts);
   add_step_work(engine, contacts);
   compare_conserved(engine);
+  scale_momenta(engine);
   const double energy = engine.energy(), gain = (energy - energy_) - step_work_;
   (gain > 0.0 ? made_ : lost_) += std::abs(gain);
   largest_energy_ = std::max(largest_energy_, std::abs(energy));

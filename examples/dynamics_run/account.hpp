@@ -26,6 +26,10 @@ class Account {
   double linear_drift() const { return linear_drift_; }
   double angular_drift() const { return angular_drift_; }
   double energy_drift() const { return energy_drift_; }
+  /// What drifts of momenta are a share of: the largest sum of what each body has, whatever its direction
+  /// [N s], [N m s].
+  double linear_scale() const { return linear_scale_; }
+  double angular_scale() const { return angular_scale_; }
   /// Sum over the steps of what energy grew by beyond the work of drives and kinematic bodies [J].
   double energy_made() const { return made_; }
   /// Sum of what it fell short of it: impacts, friction [J].
@@ -37,6 +41,7 @@ class Account {
   void add_step_work(const physics::DynamicsEngine& engine, std::span<const physics::EngineContact> contacts);
   void add_impulses(const physics::DynamicsEngine& engine, std::span<const physics::EngineContact> contacts);
   void compare_conserved(const physics::DynamicsEngine& engine);
+  void scale_momenta(const physics::DynamicsEngine& engine);
   void join(const physics::DynamicsEngine& engine);
 
   std::vector<physics::JointAddress> joints_;
@@ -47,6 +52,7 @@ class Account {
   double energy_ = 0.0, step_work_ = 0.0;
   Vector3 momentum_before_ = Vector3::Zero();
   double unexplained_momentum_ = 0.0, linear_drift_, angular_drift_, energy_drift_;
+  double linear_scale_ = 0.0, angular_scale_ = 0.0;
   double made_ = 0.0, lost_ = 0.0, largest_energy_ = 0.0, work_ = 0.0;
 };
 

@@ -61,7 +61,8 @@ struct BackendRun {
   std::vector<AnswerResult> answers;
   double deepest = 0.0;  ///< worst penetration at a step's end, by native [m]
   double unexplained_momentum = kNone, linear_drift = kNone, angular_drift = kNone, energy_drift = kNone,
-         energy_made = kNone, energy_lost = kNone, energy_scale = kNone;
+         energy_made = kNone, energy_lost = kNone, energy_scale = kNone, linear_scale = kNone,
+         angular_scale = kNone;
   double pose_error = kNone, angle_error = kNone;  ///< of final poses, from the reference's [m], [rad]
   std::vector<double> total_us, detection_us;  ///< of each step, its fastest repetition; emptied when judged
   measures::StepTimes total, detection;        ///< of a step; finding the contacts alone

@@ -64,6 +64,8 @@ Json json(const SceneResult& result, const BackendRun& run) {
   out["momentum_drift_ns"] = number(run.linear_drift);
   out["angular_momentum_drift_nms"] = number(run.angular_drift);
   out["energy_drift_j"] = number(run.energy_drift);
+  out["momentum_scale_ns"] = number(run.linear_scale);
+  out["angular_momentum_scale_nms"] = number(run.angular_scale);
   out["energy_made_j"] = number(run.energy_made);
   out["energy_lost_j"] = number(run.energy_lost);
   out["energy_scale_j"] = number(run.energy_scale);

@@ -210,6 +210,8 @@ class Run {
     out_.linear_drift = account_.linear_drift();
     out_.angular_drift = account_.angular_drift();
     out_.energy_drift = account_.energy_drift();
+    out_.linear_scale = account_.linear_scale();
+    out_.angular_scale = account_.angular_scale();
     out_.energy_made = account_.energy_made();
     out_.energy_lost = account_.energy_lost();
     out_.energy_scale = account_.energy_scale();

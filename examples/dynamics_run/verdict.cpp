@@ -48,6 +48,13 @@ void find_misses(const SceneResult& result, BackendRun& run) {
   miss(has_reference && run.angle_error > accept.angle, fmt::format("ends {:.2g} rad off", run.angle_error));
   miss(!(run.energy_made <= accept.energy_made * run.energy_scale),
        fmt::format("makes {:.2g} J", run.energy_made));
+  // Drifts are NaN where the scene says nothing.
+  miss(run.linear_drift > accept.drift * run.linear_scale,
+       fmt::format("momentum off by {:.2g} N s", run.linear_drift));
+  miss(run.angular_drift > accept.drift * run.angular_scale,
+       fmt::format("angular momentum off by {:.2g} N m s", run.angular_drift));
+  miss(run.energy_drift > accept.drift * run.energy_scale,
+       fmt::format("energy off by {:.2g} J", run.energy_drift));
   miss(run.rest_speed > accept.rest, fmt::format("still at {:.2g} m/s", run.rest_speed));
 }
 

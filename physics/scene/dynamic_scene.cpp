@@ -290,7 +290,8 @@ void validate_pairs(const DynamicScene& scene) {
 
 void validate_accept(const DynamicScene& scene, const std::string& name) {
   const SceneAccept& accept = scene.accept;
-  for (const double limit : {accept.depth, accept.position, accept.angle, accept.energy_made, accept.rest})
+  for (const double limit :
+       {accept.depth, accept.position, accept.angle, accept.energy_made, accept.drift, accept.rest})
     if (!is_number_at_least_0(limit)) reject(name, "accept: a limit below 0");
 }
 

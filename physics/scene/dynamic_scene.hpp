@@ -185,6 +185,9 @@ struct SceneAccept {
   double position = 1e-4;     ///< of final poses, from the reference run's [m]
   double angle = 1e-3;        ///< the same [rad]
   double energy_made = 1e-3;  ///< as a share of the largest energy seen
+  /// Of what SceneConserved says stays: as a share of the largest energy seen, and of the largest sum of all
+  /// bodies' momenta, each without its sign.
+  double drift = 1e-3;
   /// The largest speed of a point at the end [m/s]; infinite: nothing has to be at rest.
   double rest = kInfinity;
 };

@@ -408,6 +408,19 @@ TEST(Verdict, SaysSoWhereNoneIsWithinTheLimitsOrNoneWentThrough) {
   EXPECT_EQ(result.reason, "none went through");
 }
 
+TEST(Verdict, WhatTheSceneSaysStaysMayDriftByTheSharesOfItsLimits) {
+  BackendRun stays = made_up("stays", 5.0, 0.0), drifts = made_up("drifts", 1.0, 0.0);
+  for (BackendRun* const run : {&stays, &drifts})
+    run->linear_drift = run->angular_drift = run->energy_drift = 0.9e-3, run->linear_scale = 1.0,
+    run->angular_scale = 1.0;
+  drifts.linear_drift = 2e-3, drifts.angular_drift = 3e-3, drifts.energy_drift = 4e-3;
+  const SceneResult result = judged({stays, drifts, made_up("truth", 50.0, 0.0)});
+  EXPECT_EQ(result.recommended, "stays");
+  EXPECT_EQ(result.runs[1].misses,
+            (std::vector<std::string>{"momentum off by 0.002 N s", "angular momentum off by 0.003 N m s",
+                                      "energy off by 0.004 J"}));
+}
+
 TEST(Verdict, WithoutAWholeReferenceNoneIsWithinTheLimits) {
   for (const bool is_run : {false, true}) {
     BackendRun quick = made_up("quick", 1.0, 0.0), truth = made_up("truth", 5.0, 0.0);

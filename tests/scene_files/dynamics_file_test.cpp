@@ -83,7 +83,7 @@ constexpr const char* kWhole =
     "    - {time: 0.5, latch: {carrier: b, carried: a}}\n"
     "    - {time: 0.75, release: a}\n"
     "  conserved: [momentum, angular_momentum_y, energy]\n"
-    "  accept: {depth: 1, position: 2, angle: 3, energy_made: 0.5}\n"
+    "  accept: {depth: 1, position: 2, angle: 3, energy_made: 0.5, drift: 0.25}\n"
     "  answers:\n"
     "    - {of: a, figure: velocity, time: 0.2, value: [10, 0, 0], tolerance: 1}\n"
     "    - {of: m.turn, figure: value, value: 30, tolerance: 1}\n"
@@ -152,6 +152,7 @@ TEST(DynamicsFile, ReadsActionsAndAnswersInTheFilesUnits) {
   EXPECT_FALSE(scene.conserved.angular[0] || scene.conserved.angular[2]);
   EXPECT_DOUBLE_EQ(scene.accept.position, 0.002);
   EXPECT_NEAR(scene.accept.angle, 3 * kDegree, 1e-15);
+  EXPECT_EQ(scene.accept.drift, 0.25);
   EXPECT_DOUBLE_EQ(scene.answers[0].value.x(), 0.01);
   EXPECT_NEAR(scene.answers[1].tolerance, kDegree, 1e-15);
   EXPECT_EQ(scene.answers[2].time, 1.0);

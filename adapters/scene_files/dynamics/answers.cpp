@@ -86,7 +86,7 @@ void read_conserved(const YamlReader& reader, DynamicScene& out) {
 }
 
 void read_accept(const YamlReader& reader, DynamicScene& out) {
-  reader.require_keys({"depth", "position", "angle", "energy_made", "rest"});
+  reader.require_keys({"depth", "position", "angle", "energy_made", "drift", "rest"});
   const auto read = [&](const char* key, double unit, double& value) {
     if (!reader.has(key)) return;
     const bool is_any = reader.at(key).node().IsScalar() && reader.at(key).node().Scalar() == "any";
@@ -97,6 +97,7 @@ void read_accept(const YamlReader& reader, DynamicScene& out) {
   read("position", length, out.accept.position);
   read("angle", reader.source().radians_per_angle, out.accept.angle);
   read("energy_made", 1.0, out.accept.energy_made);
+  read("drift", 1.0, out.accept.drift);
   read("rest", length, out.accept.rest);
 }
 
