@@ -103,6 +103,16 @@ std::string allocations_text(std::uint64_t count) {
   return count == 0 ? "no allocation" : program::format_count(count) + " allocations";
 }
 
+/// What the engine does not tell was not judged; empty: it tells all.
+std::string not_given_text(const SceneResult& result, const BackendRun& run) {
+  if (!result.scene->answers_hold) return "";
+  const auto given = std::count_if(run.answers.begin(), run.answers.end(),
+                                   [](const AnswerResult& answer) { return answer.is_given; });
+  if (given == std::ssize(run.answers)) return "";
+  return fmt::format("; it does not give {} of {} answers", std::ssize(run.answers) - given,
+                     run.answers.size());
+}
+
 std::string off_text(const BackendRun& run) { return run.backend + " (" + joined(run.misses) + ")"; }
 
 Standing standing_of(const BackendRun& run) {
@@ -138,7 +148,7 @@ std::string reason_for(const SceneResult& result, const Choice& choice) {
   std::string reason;
   if (best.late) reason = fmt::format("none keeps the deadline of {:g} us at 99.9 %; ", result.deadline_us);
   return reason + "within the scene's limits at " + times_text(best.total) + " a step, " +
-         allocations_text(choice.best->allocations) + others.text();
+         allocations_text(choice.best->allocations) + not_given_text(result, best) + others.text();
 }
 
 /// Nothing touches where the reference finds no contact; if it did not run, where nobody does.

@@ -421,6 +421,17 @@ TEST(Verdict, WhatTheSceneSaysStaysMayDriftByTheSharesOfItsLimits) {
                                       "energy off by 0.004 J"}));
 }
 
+TEST(Verdict, SaysWhichAnswersTheNamedOneDoesNotGive) {
+  BackendRun silent = made_up("silent", 1.0, 0.0);
+  silent.answers.resize(3);
+  silent.answers[0].holds = true;
+  silent.answers[1].is_given = silent.answers[2].is_given = false;
+  const SceneResult result = judged({silent, made_up("truth", 50.0, 0.0)});
+  EXPECT_EQ(result.recommended, "silent");
+  EXPECT_NE(result.reason.find("no allocation; it does not give 2 of 3 answers; "), std::string::npos)
+      << result.reason;
+}
+
 TEST(Verdict, WithoutAWholeReferenceNoneIsWithinTheLimits) {
   for (const bool is_run : {false, true}) {
     BackendRun quick = made_up("quick", 1.0, 0.0), truth = made_up("truth", 5.0, 0.0);
