@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <new>
 #include <utility>
 
 #include "touchstone/contact_core/input_error.hpp"
@@ -43,9 +44,10 @@ Doubles doubles(const py::handle& from, const char* name, std::initializer_list<
     throw py::type_error(std::string(name) + ": dtype is " + std::string(py::str(given.dtype())) +
                          ", must be floats or integers");
   if (!has_shape(given, shape)) reject(name, "shape is " + shape_text(given) + ", must be " + letters);
-  auto made = Doubles::ensure(given);
-  if (!made) throw py::error_already_set();
-  return aligned(std::move(made));
+  // Forced: NumPy calls it unsafe to narrow long doubles.
+  auto made = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(given);
+  if (!made) throw std::bad_alloc();
+  return aligned(py::reinterpret_steal<Doubles>(made.release()));
 }
 
 std::vector<double> numbers(const py::handle& from, const char* name) {

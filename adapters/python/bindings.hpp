@@ -2,6 +2,8 @@
 
 #include <pybind11/pybind11.h>
 
+#include <string_view>
+
 /// @file
 /// Each source adds its part to the module touchstone._core.
 
@@ -21,5 +23,7 @@ void bind_dynamics(pybind11::module_& module);
 /// The backends of this build that one process can hold, and the plug-ins that were loaded. With Python's
 /// lock held.
 BackendRegistry& backends();
+/// Whether a backend is of this build, and no plug-in or engine.
+bool is_built_in(std::string_view name);
 
 }  // namespace touchstone::python

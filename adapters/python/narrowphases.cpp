@@ -1,9 +1,12 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <mutex>
+#include <new>
 
 #include "touchstone/adapters/c_interface/corners.hpp"
 #include "touchstone/adapters/python/answers.hpp"
@@ -123,7 +126,7 @@ class Pairs {
     if (kind != 'i' && kind != 'u' && given.size() > 0)
       throw py::type_error("pairs: dtype is " + std::string(py::str(given.dtype())) + ", must be integers");
     const auto wide = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>::ensure(given);
-    if (!wide) throw py::error_already_set();
+    if (!wide) throw std::bad_alloc();
     std::vector<py::ssize_t> shape(wide.shape(), wide.shape() + wide.ndim());
     PairArray narrow(shape);
     for (py::ssize_t i = 0; i < wide.size(); ++i) {
@@ -187,7 +190,9 @@ void check(const Query& query) {
 class BuiltNarrowphase {
  public:
   BuiltNarrowphase(const std::string& backend, std::vector<Hexahedron> solids)
-      : narrowphase_(backends().make_narrowphase(backend)), solids_(std::move(solids)) {
+      : narrowphase_(backends().make_narrowphase(backend)),
+        solids_(std::move(solids)),
+        piece_(is_built_in(backend) ? kPiece : std::numeric_limits<std::size_t>::max()) {
     if (solids_.empty() || solids_.size() > kMostSolids)
       reject("solids", "are " + std::to_string(solids_.size()) + ", must be 1 to 2^31");
     const py::gil_scoped_release unlocked;
@@ -291,12 +296,45 @@ class BuiltNarrowphase {
     const py::gil_scoped_release unlocked;
     std::unique_lock<std::mutex> alone(one_at_a_time_, std::defer_lock);
     if (!narrowphase_->capabilities().thread_safe) alone.lock();
-    narrowphase_->evaluate(input, answers.output(), workspace);
+    evaluate(input, answers.output(), workspace);
     answers.clear_unused_points();
   }
 
+  /// Without Python's lock, but to look for Ctrl-C where a batch takes long.
+  /// @throws py::error_already_set for what a signal's handler raised; the rest of the batch is not answered.
+  void evaluate(const NarrowphaseInput& input, const NarrowphaseOutput& output,
+                Narrowphase::Workspace& workspace) const {
+    using Clock = std::chrono::steady_clock;
+    constexpr auto kBetweenLooks = std::chrono::milliseconds(100);
+    const std::size_t count = input.pairs.size();
+    if (count <= piece_) return narrowphase_->evaluate(input, output, workspace);
+    Clock::time_point looked = Clock::now();
+    for (std::size_t first = 0; first < count; first += piece_) {
+      // A piece's pairs, and their answers.
+      const std::size_t size = std::min(piece_, count - first);
+      const std::size_t slots = input.query.slots();
+      NarrowphaseInput part = input;
+      part.pairs = input.pairs.subspan(first, size);
+      NarrowphaseOutput to{output.status.subspan(first, size), {}, {}};
+      if (!output.geometry.empty()) to.geometry = output.geometry.subspan(first, size);
+      if (!output.points.empty()) to.points = output.points.subspan(first * slots, size * slots);
+      narrowphase_->evaluate(part, to, workspace);
+
+      // Python's lock may be far: it is asked for rarely.
+      if (Clock::now() - looked < kBetweenLooks) continue;
+      const py::gil_scoped_acquire locked;
+      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+      looked = Clock::now();
+    }
+  }
+
+  /// Pairs between two looks for Ctrl-C: `exact` takes 0.2 s for them.
+  static constexpr std::size_t kPiece = 4096;
+
   std::unique_ptr<Narrowphase> narrowphase_;
   std::vector<Hexahedron> solids_;
+  /// Engines from outside get a batch in one: their complaints name pairs by their number in it.
+  std::size_t piece_;
   std::size_t scratches_ = 0;
   std::vector<Scratch> free_;  // with Python's lock
   std::mutex one_at_a_time_;

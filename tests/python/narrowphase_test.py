@@ -147,7 +147,8 @@ class Conversions(unittest.TestCase):
         wide = np.zeros((2 * self.n, 4, 8))
         wide[::2, :, ::2] = self.matrices
         for layout in (self.matrices, np.asfortranarray(self.matrices), wide[::2, :, ::2],
-                       self.matrices.astype(">f8"), self.matrices.tolist(), unaligned(self.matrices)):
+                       self.matrices.astype(">f8"), self.matrices.astype(np.longdouble), self.matrices.tolist(),
+                       unaligned(self.matrices)):
             self.assertEqual(self.geometry(layout, self.pairs), self.expected)
             self.assertEqual(self.geometry(touchstone.Poses(layout), self.pairs), self.expected)
 

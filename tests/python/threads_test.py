@@ -1,6 +1,8 @@
 """Several threads ask one narrowphase; none waits for Python's lock, and none gets another's answers."""
 
+import signal
 import threading
+import time
 import unittest
 
 import numpy as np
@@ -51,6 +53,27 @@ class Threads(unittest.TestCase):
                     self.assertEqual(len(answers), 5)
                     for status in answers:
                         np.testing.assert_array_equal(status, one)
+
+    @unittest.skipUnless("exact" in touchstone.backends(), "no exact in this build")
+    def test_a_signal_ends_a_long_batch(self):
+        class Stop(Exception):
+            pass
+
+        def stop(number, frame):
+            raise Stop
+
+        before = signal.signal(signal.SIGALRM, stop)
+        self.addCleanup(signal.signal, signal.SIGALRM, before)
+        check = touchstone.Narrowphase("exact", self.boxes)
+        pairs = np.tile(self.pairs, (200, 1))  # some 20 s
+        begin = time.thread_time()
+        signal.setitimer(signal.ITIMER_REAL, 0.05)
+        with self.assertRaises(Stop):
+            check.overlap(self.poses, pairs)
+        self.assertLess(time.thread_time() - begin, 3)
+        # What was in use is free again.
+        self.poses.update([[0, 0, 0]], [[1, 0, 0, 0]], first=0)
+        self.assertEqual(len(check.overlap(self.poses, self.pairs[:9])), 9)
 
     def test_pythons_lock_is_free_during_a_batch(self):
         check = touchstone.Narrowphase("native", self.boxes)
