@@ -253,12 +253,42 @@ TEST_F(Bench, CorpusAndSiteDoNotTakeEachOthersFolders) {
 TEST_F(Bench, NamesOfEnginesDoNotLeadOutOfTheSite) {
   make_corpus();
   measure("edge_face", "ours");
-  std::string text = read(folder_ / "ours.json");
-  for (std::size_t w = 0; (w = text.find("\"edge_face\"", w)) != std::string::npos; w += 20)
-    text.replace(w, 11, "\"/../../../victim\"");
-  write("ours.json", text);
-  expect_refusal(bench_command("site " + at("site") + " " + at("ours.json") + " --corpus " + at("corpus")),
-                 {"leads out of it"});
+  const std::string whole = read(folder_ / "ours.json");
+  // A zero byte would end a file's name early.
+  for (const std::string name : {"/../../../victim", "\\u0000", "a\\nb", "<script>alert(1)</script>", ""}) {
+    std::string text = whole;
+    for (std::size_t w = 0; (w = text.find("\"edge_face\"", w)) != std::string::npos; w += name.size())
+      text.replace(w, 11, '"' + name + '"');
+    write("ours.json", text);
+    expect_refusal(bench_command("site " + at("site") + " " + at("ours.json") + " --corpus " + at("corpus")),
+                   {"ours.json: engine '", "its name is not up to 64 letters"});
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "site"));
+  }
+}
+
+TEST_F(Bench, FiguresThatAreNoneAreRefused) {
+  make_corpus();
+  measure("native", "ours");
+  const Json whole = Json::parse(read(folder_ / "ours.json"));
+  const std::string query = "/pair_sets/0/backends/0/queries/distance";
+  const std::tuple<std::string, Json, const char*> changes[] = {
+      {query + "/single/median_ns", -1, "'median_ns' is no time"},
+      {query + "/single/p99_ns", "inf", "'p99_ns' is no time"},
+      {query + "/cost_over_S/worst", nullptr, "'worst' is no cost"},
+      {query + "/cost_over_S/worst", -1, "'worst' is no cost"},
+      {query + "/wrong/missed", -1, "'missed' is no count"},
+      {query + "/wrong/failed", std::uint64_t{1} << 63, "more wrong and unsupported answers than 'cases'"},
+      {"/backends/1", whole.at("backends").at(0), "has the backend 'native' twice"}};
+  for (const auto& [place, value, refusal] : changes) {
+    Json changed = whole;
+    if (const Json::json_pointer where(place); place == "/backends/1")
+      changed.at("backends").push_back(value);
+    else
+      changed.at(where) = value;
+    write("ours.json", changed.dump());
+    expect_refusal(bench_command("site " + at("site") + " " + at("ours.json") + " --corpus " + at("corpus")),
+                   {"ours.json: ", refusal});
+  }
   EXPECT_FALSE(std::filesystem::exists(folder_ / "site"));
 }
 

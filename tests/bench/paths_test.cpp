@@ -364,6 +364,7 @@ TEST_F(PathCorpus, EnginesAreJudgedAndShownWithTheirCases) {
       if (impact[1] == "meets") return impact[0].get<std::string>();
     return std::string();
   }();
+  cell["check"] = "<script>";
   cell["impacts"]["missed"] = 1;
   cell["wrong_cases"] = {
       {{"path", met}, {"reason", "missed"}, {"stops_at_s", 1.0}, {"cost_m", 0.25}, {"cost_over_S", 0.1}}};
@@ -373,6 +374,7 @@ TEST_F(PathCorpus, EnginesAreJudgedAndShownWithTheirCases) {
   ASSERT_EQ(made.code, 0) << made.err;
   const std::string index = read(folder_ / "site" / "index.html");
   EXPECT_THAT(index, HasSubstr("<section id='paths'>"));
+  EXPECT_THAT(index, HasSubstr("<td>&lt;script&gt;</td>"));
   EXPECT_THAT(index, HasSubstr("href='cases/thin.html#thin_native_path'>1 missed of 12; "));
   const std::string page = read(folder_ / "site" / "cases" / "thin.html");
   EXPECT_THAT(page, HasSubstr("<section id='thin_native_path'>"));

@@ -141,10 +141,12 @@ TEST_F(ReportFolder, AFolderWithAResultsJsonThatNoManifestListsIsNoReport) {
 
 TEST_F(ReportFolder, AForgedManifestLeadsNowhere) {
   const fs::path mine = put("precious.txt", "mine");
-  Manifest manifest{"anything", true, {}};
-  manifest.files.push_back(manifest_entry("../precious.txt", "mine"));
-  put(std::string("report/") + kManifestName, manifest_text(manifest));
-  EXPECT_THAT(refusal(folder_ / "report"), HasSubstr("names a file outside its folder"));
+  for (const std::string& name : {std::string("../precious.txt"), std::string("a\0b", 3)}) {
+    Manifest manifest{"anything", true, {}};
+    manifest.files.push_back(manifest_entry(name, "mine"));
+    put(std::string("report/") + kManifestName, manifest_text(manifest));
+    EXPECT_THAT(refusal(folder_ / "report"), HasSubstr("names a file outside its folder"));
+  }
   for (const char* text : {"", "{", "[]", "{\"schema\": 1}"}) {
     put(std::string("report/") + kManifestName, text);
     const std::string said = refusal(folder_ / "report");

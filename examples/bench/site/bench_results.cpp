@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <set>
 
+#include "touchstone/adapters/plugin/engine_name.hpp"
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/bench/site/counts.hpp"
 #include "touchstone/examples/compare_backends/results/results_file.hpp"
@@ -21,7 +22,7 @@ FiledAnswer answer_of(const Json& json) {
   answer.id = json.at("case");
   answer.reason = json.at("reason");
   answer.status = json.at("status");
-  answer.cost = number_of(json.at("cost_m"));
+  answer.cost = read_cost(json, "cost_m");
   answer.separation = number_of(json.at("separation_m"));
   answer.n_AB_W = vector_of(json.at("normal"));
   return answer;
@@ -36,15 +37,20 @@ Wrongness wrongness_of(const Json& json) {
                      {"failed", wrong.failed},
                      {"unsupported", wrong.unsupported},
                      {"missing_value", wrong.missing}});
+  // Each alone first: a sum of hostile counts goes round.
+  std::size_t most = wrong.unsupported;
+  for (const auto& [count, name] : wrong.kinds()) most = std::max(most, count);
+  if (most > wrong.cases || wrong.total() + wrong.unsupported > wrong.cases)
+    throw InputError("there are more wrong and unsupported answers than 'cases'");
   return wrong;
 }
 
 std::optional<Timing> timing_of(const Json& json) {
   if (json.is_null()) return std::nullopt;
   Timing timing;
-  timing.median_ns = number_of(json.at("median_ns"));
-  timing.minimum_ns = number_of(json.at("minimum_ns"));
-  timing.p99_ns = number_of(json.at("p99_ns"));
+  timing.median_ns = read_time(json, "median_ns");
+  timing.minimum_ns = read_time(json, "minimum_ns");
+  timing.p99_ns = read_time(json, "p99_ns", true);
   timing.blocks = json.at("blocks");
   return timing;
 }
@@ -54,9 +60,9 @@ Cell cell_of(const Json& json) {
   cell.wrong = wrongness_of(json.at("wrong"));
   cell.single = timing_of(json.at("single"));
   if (const Json& cost = json.at("cost_over_S"); !cost.is_null()) {
-    cell.cost.median = number_of(cost.at("median"));
-    cell.cost.p99 = number_of(cost.at("p99"));
-    cell.cost.worst = number_of(cost.at("worst"));
+    cell.cost.median = read_cost(cost, "median");
+    cell.cost.p99 = read_cost(cost, "p99");
+    cell.cost.worst = read_cost(cost, "worst");
     cell.cost.count = cost.at("cases");
     cell.worst = answer_of(json.at("worst"));
   }
@@ -71,6 +77,9 @@ bool has_set(const Corpus& corpus, const std::string& name) {
 
 Entry& add_entry(const Json& results, const std::string& file, const Json& name, const Json& description,
                  BenchResults& into) {
+  // A name becomes a part of file names and of links.
+  if (!is_engine_name(name.get<std::string>()))
+    throw InputError("engine '" + engine_text(name.get<std::string>()) + "': " + kNoEngineName);
   Entry& entry = into.entries.emplace_back();
   entry.engine = name;
   entry.description = description;
@@ -85,7 +94,7 @@ Entry& entry_of(const Json& results, const std::string& file, const Json& backen
   for (std::size_t e = first; e < into.entries.size(); ++e)
     if (into.entries[e].engine == backend.at("backend").get<std::string>()) return into.entries[e];
   if (!backend.contains("sweep"))
-    throw InputError(file + ": path_sets name the backend '" + backend.at("backend").get<std::string>() +
+    throw InputError("path_sets name the backend '" + backend.at("backend").get<std::string>() +
                      "', which `backends` lack");
   return add_entry(results, file, backend.at("backend"), backend.at("sweep"), into);
 }
@@ -106,21 +115,21 @@ void add_paths(const Json& results, const std::string& file, const Corpus& corpu
   }
   for (const CorpusSet& set : corpus.sets)
     if (set.is_paths() && !found.contains(set.name))
-      throw InputError(file + ": lacks the paths of the corpus's set '" + set.name + "'");
+      throw InputError("lacks the paths of the corpus's set '" + set.name + "'");
 }
 
 /// A file from which sets or pairs were taken would show fewer wrong answers than its engines gave.
 /// @param first of the file's entries, one a backend.
-void check_whole(const std::string& file, const Corpus& corpus, std::size_t first, const BenchResults& in) {
+void check_whole(const Corpus& corpus, std::size_t first, const BenchResults& in) {
   for (std::size_t e = first; e < in.entries.size(); ++e) {
     const Entry& entry = in.entries[e];
     for (const CorpusSet& set : corpus.sets) {
       const auto found = entry.sets.find(set.name);
       if (found == entry.sets.end())
-        throw InputError(file + ": '" + entry.engine + "' lacks the corpus's set '" + set.name + "'");
+        throw InputError("'" + entry.engine + "' lacks the corpus's set '" + set.name + "'");
       for (const Cell& cell : found->second) {
         if (cell.wrong.cases == set.cases) continue;
-        throw InputError(file + ": '" + entry.engine + "' has " + std::to_string(cell.wrong.cases) +
+        throw InputError("'" + entry.engine + "' has " + std::to_string(cell.wrong.cases) +
                          " pairs of the corpus's set '" + set.name + "', which has " +
                          std::to_string(set.cases));
       }
@@ -130,8 +139,13 @@ void check_whole(const std::string& file, const Corpus& corpus, std::size_t firs
 
 void add_entries(const Json& results, const std::string& file, const Corpus& corpus, BenchResults& into) {
   const std::size_t first = into.entries.size();
-  for (const Json& backend : results.at("backends"))
-    add_entry(results, file, backend.at("name"), backend.at("description"), into);
+  for (const Json& backend : results.at("backends")) {
+    const Json& name = backend.at("name");
+    for (std::size_t e = first; e < into.entries.size(); ++e)
+      if (into.entries[e].engine == name.get<std::string>())
+        throw InputError("has the backend '" + into.entries[e].engine + "' twice");
+    add_entry(results, file, name, backend.at("description"), into);
+  }
   for (const Json& set : results.at("pair_sets")) {
     const std::string name = set.at("name");
     if (!has_set(corpus, name)) continue;  // somebody's own pairs, measured in the same run
@@ -145,7 +159,7 @@ void add_entries(const Json& results, const std::string& file, const Corpus& cor
       }
     }
   }
-  check_whole(file, corpus, first, into);
+  check_whole(corpus, first, into);
   add_paths(results, file, corpus, first, into);
 }
 
@@ -186,14 +200,16 @@ BenchResults read_bench_results(const std::vector<std::string>& files, const Cor
     const Json results = parse_results(read_file(file, "site"), "site", file);
     try {
       if (!results.contains("corpus") || results.at("corpus").at("sha256") != corpus.sha256)
-        throw InputError("site: " + file + ": was not measured on this corpus (compare_backends --corpus)");
+        throw InputError("was not measured on this corpus (compare_backends --corpus)");
       if (results.at("partial").get<bool>())
-        throw InputError("site: " + partial_note(results, file).substr(0, 300));
+        throw InputError(one_line(partial_note(results, "this report")).substr(0, 300));
       if (!results.at("measured_against_exact").get<bool>())
-        throw InputError("site: " + file + ": has no errors: it was measured without `exact`");
+        throw InputError("has no errors: it was measured without `exact`");
       add_entries(results, file, corpus, all);
     } catch (const nlohmann::json::exception& error) {
       throw InputError("site: " + file + ": " + reason_of(error));
+    } catch (const InputError& error) {
+      throw InputError("site: " + file + ": " + error.what());
     }
   }
   return all;

@@ -138,7 +138,7 @@ std::string path_section(const BenchResults& results, const std::vector<Entry>& 
   for (const Entry* entry : order) {
     std::vector<std::string> row = {
         fmt::format("<span title='{}'>{}</span>", xml_text(entry->description), xml_text(entry->engine)),
-        format_count(wrong_of(*entry)), check_of(*entry), first_poses(*entry)};
+        format_count(wrong_of(*entry)), xml_text(check_of(*entry)), first_poses(*entry)};
     for (const FiledPathSet& set : results.path_sets) row.push_back(markup(*entry, set.name));
     rows.add_markup(row);
   }

@@ -18,6 +18,7 @@ Json number(double value) {
 double number_of(const Json& value) {
   if (value.is_null()) return kNaN;
   if (value == "inf") return kInfinity;
+  if (value == "-inf") return -kInfinity;
   return value.get<double>();
 }
 

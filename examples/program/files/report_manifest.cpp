@@ -38,6 +38,7 @@ Manifest manifest_from(const Json& json) {
 bool stays_inside(const std::string& name) {
   const fs::path path(name);
   if (name.empty() || path.is_absolute() || !path.has_filename()) return false;
+  if (name.find('\0') != std::string::npos) return false;  // the system would take what is before it
   return std::none_of(path.begin(), path.end(), [](const fs::path& part) { return part == ".."; });
 }
 
