@@ -6,6 +6,7 @@ import re
 import shlex
 import subprocess
 import sys
+import sysconfig
 
 from setuptools import Extension, setup
 from setuptools.command.build_ext import build_ext
@@ -21,6 +22,27 @@ def version():
     return found.group(1)
 
 
+def find_pybind11():
+    """Its CMake folder, or None where it is the system's, and its version, (2, 12) or so."""
+    try:  # PyPI's, where it is installed; else CMake looks for the system's
+        import pybind11
+
+        return pybind11.get_cmake_dir(), tuple(pybind11.version_info[:2])
+    except ImportError:
+        pass
+    for include in (sysconfig.get_config_var("prefix") + "/include", "/usr/include"):
+        header = pathlib.Path(include) / "pybind11" / "detail" / "common.h"
+        if header.exists():
+            found = re.findall(r"define PYBIND11_VERSION_(?:MAJOR|MINOR)\s+(\d+)", header.read_text())
+            return None, tuple(map(int, found))
+    return None, (0, 0)
+
+
+def wanted_numpy():
+    """What this module takes: built with pybind11 before 2.12 it would misread arrays of NumPy 2."""
+    return "numpy" if find_pybind11()[1] >= (2, 12) else "numpy < 2"
+
+
 class CMakeBuild(build_ext):
     """The module alone, in the project's build/python3.11 or so: what was built stays for the next time."""
 
@@ -30,12 +52,9 @@ class CMakeBuild(build_ext):
         options = ["-D", "CMAKE_BUILD_TYPE=Release", "-D", f"Python_EXECUTABLE={sys.executable}", "-D", "TOUCHSTONE_WITH_PYTHON=ON",
                    "-D", "TOUCHSTONE_BUILD_TESTS=OFF", "-D", "TOUCHSTONE_BUILD_EXAMPLES=OFF", "-D", "TOUCHSTONE_INSTALL=OFF",
                    "-D", "TOUCHSTONE_PRECOMPILED_HEADERS=ON", "-D", "TOUCHSTONE_UNITY_BUILD=ON"]
-        try:  # PyPI's, where it is installed; else CMake looks for the system's
-            import pybind11
-
-            options += ["-D", f"pybind11_DIR={pybind11.get_cmake_dir()}"]
-        except ImportError:
-            pass
+        cmake_folder = find_pybind11()[0]
+        if cmake_folder is not None:
+            options += ["-D", f"pybind11_DIR={cmake_folder}"]
         subprocess.run(["cmake", "-S", str(PROJECT), "-B", str(folder), "--log-level=NOTICE", *options,
                         *shlex.split(os.environ.get("CMAKE_ARGS", ""))], check=True)
         jobs = os.environ.get("CMAKE_BUILD_PARALLEL_LEVEL", str(os.cpu_count() or 1))
@@ -47,4 +66,5 @@ class CMakeBuild(build_ext):
         target.chmod(0o755)
 
 
-setup(version=version(), ext_modules=[Extension("touchstone._core", sources=[])], cmdclass={"build_ext": CMakeBuild})
+setup(version=version(), install_requires=[wanted_numpy()], ext_modules=[Extension("touchstone._core", sources=[])],
+      cmdclass={"build_ext": CMakeBuild})

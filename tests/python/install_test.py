@@ -24,13 +24,24 @@ print(backend.prepare_metadata_for_build_wheel(sys.argv[1]))
 
 @unittest.skipUnless(importlib.util.find_spec("setuptools") and importlib.util.find_spec("wheel"), "needs setuptools, wheel")
 class Install(unittest.TestCase):
-    def test_from_the_root(self):
+    def metadata(self, pybind11):
+        """What the package says of itself where that pybind11 is installed."""
         with tempfile.TemporaryDirectory() as folder:
-            told = subprocess.run([sys.executable, "-B", "-c", ASK, folder], cwd=ROOT, capture_output=True, text=True)
+            (pathlib.Path(folder) / "pybind11.py").write_text(f"version_info = {pybind11}\ndef get_cmake_dir(): return '/nowhere'\n")
+            told = subprocess.run([sys.executable, "-B", "-c", ASK, folder], cwd=ROOT, capture_output=True, text=True,
+                                  env=os.environ | {"PYTHONPATH": folder})
             self.assertEqual(told.returncode, 0, told.stderr)
-            metadata = (pathlib.Path(folder) / told.stdout.splitlines()[-1] / "METADATA").read_text()
+            return (pathlib.Path(folder) / told.stdout.splitlines()[-1] / "METADATA").read_text()
+
+    def test_from_the_root(self):
+        metadata = self.metadata((3, 0, 1))
         self.assertIn("\nName: touchstone\n", metadata)
         self.assertIn(f"\nVersion: {touchstone.__version__}\n", metadata)
+        self.assertIn("\nRequires-Dist: numpy\n", metadata)
+
+    def test_numpy_2_is_asked_for_only_where_it_is_read_rightly(self):
+        self.assertRegex(self.metadata((2, 11, 9)), r"\nRequires-Dist: numpy ?\(?<2\)?\n")  # as setuptools has it
+        self.assertIn("\nRequires-Dist: numpy\n", self.metadata((2, 12, 0)))
 
 
 if __name__ == "__main__":
