@@ -31,6 +31,9 @@ class Stubs(unittest.TestCase):
         optional = {"load_plugin", "start_engine", "load_dynamic_scene"}
         self.assertEqual(there - said, set())
         self.assertEqual(said - there - optional, set())
+        # Names of types alone are no names of the module's.
+        types = {target.id for node in STUBS.body if isinstance(node, ast.Assign) for target in node.targets}
+        self.assertEqual({name for name in types if not name.startswith("_")}, set())
 
     def test_members_of_classes(self):
         for node in (n for n in STUBS.body if isinstance(n, ast.ClassDef) and n.name != "InputError"):

@@ -7,7 +7,7 @@ A to B. Separations are signed: above 0 apart, below 0 overlapping; touching is 
     >>> import numpy as np, touchstone
     >>> box = touchstone.Hexahedron.box([1, 1, 1])
     >>> check = touchstone.Narrowphase("native", [box, box])
-    >>> poses = touchstone.Poses([[0, 0, 0], [1.5, 0, 0]], [[1, 0, 0, 0], [1, 0, 0, 0]])
+    >>> poses = touchstone.Poses([[0.0, 0, 0], [1.5, 0, 0]], [[1, 0, 0, 0], [1, 0, 0, 0]])
     >>> check.distance(poses, [[0, 1]]).geometry["separation"]
     array([0.5])
 """

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 __version__: str
-Floats = NDArray[np.float64]
-Pose = Union[None, ArrayLike, Tuple[ArrayLike, ArrayLike]]
-PlacedSolid = Union["Hexahedron", Tuple[str, "Hexahedron", Pose]]
+_Floats = NDArray[np.float64]
+_Pose = Union[None, ArrayLike, Tuple[ArrayLike, ArrayLike]]
+_PlacedSolid = Union["Hexahedron", Tuple[str, "Hexahedron", _Pose]]
 
 class InputError(ValueError):
     """Bad input: one line that names the object and the figure. Nothing has changed."""
@@ -34,11 +34,11 @@ class Hexahedron:
     @property
     def radius(self) -> float: ...  # [m]
     @property
-    def vertices(self) -> Floats: ...  # (8, 3) [m]
+    def vertices(self) -> _Floats: ...  # (8, 3) [m]
     @property
     def is_box(self) -> bool: ...
     @property
-    def half_extents(self) -> Floats: ...  # (3,) [m]
+    def half_extents(self) -> _Floats: ...  # (3,) [m]
     @property
     def is_warped(self) -> bool: ...
     @property
@@ -46,19 +46,19 @@ class Hexahedron:
     @property
     def size(self) -> float: ...  # [m]
     @property
-    def face_planes(self) -> Floats: ...  # (6, 4)
+    def face_planes(self) -> _Floats: ...  # (6, 4)
 
 class HexahedronTree:
     """One rigid object's hexahedra under a tree of bounding spheres."""
 
-    def __init__(self, solids: Iterable[PlacedSolid], name: str = "object") -> None: ...
+    def __init__(self, solids: Iterable[_PlacedSolid], name: str = "object") -> None: ...
     @property
     def name(self) -> str: ...
     @property
-    def solids(self) -> List[Tuple[str, Hexahedron, Floats]]: ...
+    def solids(self) -> List[Tuple[str, Hexahedron, _Floats]]: ...
     @property
     def nodes(self) -> NDArray[np.void]: ...  # centre_O, radius, left, right, solid
-    def world_poses(self, X_WO: Pose) -> Poses: ...
+    def world_poses(self, X_WO: _Pose) -> Poses: ...
     def __len__(self) -> int: ...
 
 class Poses:
@@ -67,9 +67,9 @@ class Poses:
     # (n, 4, 4), or (n, 3) [m] and (n, 4), w x y z
     def __init__(self, poses: ArrayLike, quaternions: Optional[ArrayLike] = None) -> None: ...
     def update(self, poses: ArrayLike, quaternions: Optional[ArrayLike] = None, first: int = 0) -> None: ...
-    def matrices(self) -> Floats: ...  # (n, 4, 4)
+    def matrices(self) -> _Floats: ...  # (n, 4, 4)
     def __len__(self) -> int: ...
-    def __getitem__(self, i: int) -> Floats: ...  # (4, 4)
+    def __getitem__(self, i: int) -> _Floats: ...  # (4, 4)
 
 class Answers:
     """One batch's answers: views of what C++ wrote, row i of pair i."""
@@ -85,7 +85,7 @@ class Answers:
 class Narrowphase:
     """A fine check over solids; any thread may ask at any time."""
 
-    def __init__(self, backend: str, solids: Union[Sequence[Hexahedron], Floats]) -> None: ...  # or (n, 8, 3) [m]
+    def __init__(self, backend: str, solids: Union[Sequence[Hexahedron], _Floats]) -> None: ...  # or (n, 8, 3) [m]
     def overlap(self, poses: Union[Poses, ArrayLike], pairs: ArrayLike, out: Optional[Answers] = None) -> Answers: ...
     def distance(self, poses: Union[Poses, ArrayLike], pairs: ArrayLike, max_separation: float = ...,
                  out: Optional[Answers] = None) -> Answers: ...
@@ -108,7 +108,7 @@ class Mesh:
 
     def __init__(self, vertices: ArrayLike, triangles: ArrayLike) -> None: ...  # (n, 3) [m], (m, 3)
     @property
-    def vertices(self) -> Floats: ...
+    def vertices(self) -> _Floats: ...
     @property
     def triangles(self) -> NDArray[np.uint32]: ...
     def welded(self) -> Mesh: ...
@@ -134,7 +134,7 @@ def fit(mesh: Mesh, over: float, regions: Sequence[Tuple[str, ArrayLike, ArrayLi
 class Link:
     """One rigid part of a mechanism."""
 
-    def __init__(self, name: str, solids: Iterable[Tuple[str, Hexahedron, Pose]] = (), mass: float = 0.0,
+    def __init__(self, name: str, solids: Iterable[Tuple[str, Hexahedron, _Pose]] = (), mass: float = 0.0,
                  centre: Optional[ArrayLike] = None, inertia: Optional[ArrayLike] = None) -> None: ...
     @property
     def name(self) -> str: ...
@@ -142,7 +142,7 @@ class Link:
 class Joint:
     """Joins a child link to its parent: kind 'fixed', 'revolute' [rad] or 'prismatic' [m]."""
 
-    def __init__(self, name: str, kind: str, parent: str, child: str, X_PJ: Pose = None,
+    def __init__(self, name: str, kind: str, parent: str, child: str, X_PJ: _Pose = None,
                  axis: Optional[ArrayLike] = None, lower: float = ..., upper: float = ..., rate: float = ...,
                  effort: float = ...) -> None: ...
     @property
@@ -160,9 +160,9 @@ class Mechanism:
     @property
     def joints(self) -> List[str]: ...
     @property
-    def reference(self) -> Floats: ...
+    def reference(self) -> _Floats: ...
     def with_base(self, link: str) -> Mechanism: ...
-    def link_poses(self, q: ArrayLike, X_WB: Pose = None) -> Floats: ...  # (links, 4, 4)
+    def link_poses(self, q: ArrayLike, X_WB: _Pose = None) -> _Floats: ...  # (links, 4, 4)
 
 class Object:
     """Names an object for as long as it lives."""
@@ -212,29 +212,29 @@ class HandStiffness:
     """How stiffly a hand holds a rigid object: springs on its tool frame T."""
 
     def __init__(self, translation: Optional[ArrayLike] = None, turning: Optional[ArrayLike] = None,
-                 X_OT: Pose = None) -> None: ...  # (3,) [N/m], (3,) [N m/rad]; None: 500 each, at the centre of mass
+                 X_OT: _Pose = None) -> None: ...  # (3,) [N/m], (3,) [N m/rad]; None: 500 each, at the centre of mass
     @property
-    def translation(self) -> Floats: ...  # (3,) [N/m]
+    def translation(self) -> _Floats: ...  # (3,) [N/m]
     @property
-    def turning(self) -> Floats: ...  # (3,) [N m/rad]
+    def turning(self) -> _Floats: ...  # (3,) [N m/rad]
     @property
-    def X_OT(self) -> Optional[Floats]: ...  # (4, 4)
+    def X_OT(self) -> Optional[_Floats]: ...  # (4, 4)
 
 class ArmHandStiffness:
     """How stiffly a hand holds a mechanism: springs on a tool frame T of a link, and on the joints."""
 
-    def __init__(self, link: str, X_LT: Pose = None, translation: Optional[ArrayLike] = None,
+    def __init__(self, link: str, X_LT: _Pose = None, translation: Optional[ArrayLike] = None,
                  turning: Optional[ArrayLike] = None, joints: Optional[ArrayLike] = None) -> None: ...
     @property
     def link(self) -> str: ...
     @property
-    def X_LT(self) -> Floats: ...  # (4, 4)
+    def X_LT(self) -> _Floats: ...  # (4, 4)
     @property
-    def translation(self) -> Floats: ...  # (3,) [N/m]
+    def translation(self) -> _Floats: ...  # (3,) [N/m]
     @property
-    def turning(self) -> Floats: ...  # (3,) [N m/rad]
+    def turning(self) -> _Floats: ...  # (3,) [N m/rad]
     @property
-    def joints(self) -> Floats: ...  # (n,) [N m/rad] or [N/m]
+    def joints(self) -> _Floats: ...  # (n,) [N m/rad] or [N/m]
 
 class ThreadPool:
     """Threads for the frames of worlds, which may share them."""
@@ -247,7 +247,7 @@ class World:
     """Objects and mechanisms, moved frame by frame as far as no pair gets closer than the gap allows."""
 
     def __init__(self, narrowphase: str = "native", broadphase: str = "native", gap: float = 1e-7) -> None: ...
-    def frame(self, poses: Mapping[Object, Pose] = ..., moves: Mapping[Object, Tuple[ArrayLike, ArrayLike]] = ...,
+    def frame(self, poses: Mapping[Object, _Pose] = ..., moves: Mapping[Object, Tuple[ArrayLike, ArrayLike]] = ...,
               joints: Mapping[MechanismHandle, ArrayLike] = ...) -> FrameReport: ...
     def prepare(self) -> None: ...
     def reset(self) -> None: ...
@@ -265,23 +265,23 @@ class World:
     def set_thread_pool(self, pool: Optional[ThreadPool]) -> None: ...
     @property
     def gap(self) -> float: ...
-    def add(self, tree: HexahedronTree, X_WO: Pose = None, is_static: bool = False, groups: Sequence[str] = ..., levels: Sequence[HexahedronTree] = ...) -> Object: ...
+    def add(self, tree: HexahedronTree, X_WO: _Pose = None, is_static: bool = False, groups: Sequence[str] = ..., levels: Sequence[HexahedronTree] = ...) -> Object: ...
     def remove(self, object: Object) -> None: ...
     def find(self, name: str) -> Object: ...
     def is_alive(self, object: Object) -> bool: ...
     def name_of(self, object: Object) -> str: ...
-    def pose(self, object: Object) -> Floats: ...  # (4, 4)
-    def commanded_pose(self, object: Object) -> Floats: ...
-    def solid_poses(self, object: Object) -> Floats: ...  # (n, 4, 4)
+    def pose(self, object: Object) -> _Floats: ...  # (4, 4)
+    def commanded_pose(self, object: Object) -> _Floats: ...
+    def solid_poses(self, object: Object) -> _Floats: ...  # (n, 4, 4)
     def executed_parts(self) -> int: ...
-    def executed_pose(self, object: Object, part: int, s: float) -> Floats: ...
-    def add_mechanism(self, mechanism: Mechanism, X_WB: Pose = None, initial: Sequence[float] = ...,
+    def executed_pose(self, object: Object, part: int, s: float) -> _Floats: ...
+    def add_mechanism(self, mechanism: Mechanism, X_WB: _Pose = None, initial: Sequence[float] = ...,
                       groups: Sequence[str] = ..., weights: Sequence[float] = ...) -> MechanismHandle: ...
     def remove_mechanism(self, mechanism: MechanismHandle) -> None: ...
     def link(self, mechanism: MechanismHandle, name: str) -> Object: ...
-    def joint_values(self, mechanism: MechanismHandle) -> Floats: ...
-    def commanded_joints(self, mechanism: MechanismHandle) -> Floats: ...
-    def link_poses(self, mechanism: MechanismHandle) -> Floats: ...
+    def joint_values(self, mechanism: MechanismHandle) -> _Floats: ...
+    def commanded_joints(self, mechanism: MechanismHandle) -> _Floats: ...
+    def link_poses(self, mechanism: MechanismHandle) -> _Floats: ...
     def set_default_rule(self, policy: Optional[str] = None, warn_distance: Optional[float] = None,
                          translation_only: Optional[bool] = None, passive: Optional[str] = None) -> None: ...
     def set_group_rule(self, first: str, second: str, policy: Optional[str] = None, warn_distance: Optional[float] = None,
@@ -307,7 +307,7 @@ class DynamicScene:
     """Bodies, joints, actions and their laws."""
 
     def __init__(self, name: str, duration: float, step: float = 1e-3, gravity: ArrayLike = ...) -> None: ...
-    def add(self, tree: HexahedronTree, X_WO: Pose = None, kind: str = "dynamic", mass: Optional[float] = None,
+    def add(self, tree: HexahedronTree, X_WO: _Pose = None, kind: str = "dynamic", mass: Optional[float] = None,
             density: Optional[float] = None, velocity: Optional[ArrayLike] = None,
             angular_velocity: Optional[ArrayLike] = None, friction: float = 0.5, restitution: float = 0.0) -> int: ...
     def add_joint(self, mechanism: str, name: str, child: str, parent: Optional[str] = None, kind: str = "revolute",
@@ -376,11 +376,11 @@ class Simulation:
     @property
     def is_over(self) -> bool: ...
     @property
-    def poses(self) -> Floats: ...  # (objects, 4, 4)
+    def poses(self) -> _Floats: ...  # (objects, 4, 4)
     @property
-    def velocities(self) -> Floats: ...  # (objects, 3) [m/s]
+    def velocities(self) -> _Floats: ...  # (objects, 3) [m/s]
     @property
-    def angular_velocities(self) -> Floats: ...  # (objects, 3) [rad/s]
+    def angular_velocities(self) -> _Floats: ...  # (objects, 3) [rad/s]
     @property
     def contacts(self) -> NDArray[np.void]: ...  # solid_a, solid_b, status, separation, p_W, n_AB_W, force_W, impact_W
     @property
@@ -388,9 +388,9 @@ class Simulation:
     @property
     def energy(self) -> float: ...  # [J]
     @property
-    def linear_momentum(self) -> Floats: ...  # (3,) [N s]
+    def linear_momentum(self) -> _Floats: ...  # (3,) [N s]
     @property
-    def angular_momentum(self) -> Floats: ...  # (3,) [N m s]
+    def angular_momentum(self) -> _Floats: ...  # (3,) [N m s]
     @property
     def worst_depth(self) -> float: ...  # [m]
     def joint_value(self, name: str) -> float: ...
