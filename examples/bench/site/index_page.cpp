@@ -58,9 +58,9 @@ std::string losses(const BenchResults& results, const std::vector<Entry>& newest
       }
     }
   }
-  return "<section id='losses'><h2>Where ours loses</h2>\n<p>Sets of one pair a call, hot, in one run, in "
-         "which <code>native</code> is wrong, coarse, or slower than an engine that is right in all of the "
-         "set.</p>\n" +
+  return "<section id='losses'><h2>Where ours loses</h2>\n<p>Sets of one pair a call, streamed from memory, "
+         "in one run, in which <code>native</code> is wrong, coarse, or slower than an engine that is right "
+         "in all of the set.</p>\n" +
          (list.empty() ? "<p>Nowhere in these files.</p>\n" : "<ul>\n" + list + "</ul>\n") + "</section>\n";
 }
 
