@@ -130,6 +130,13 @@ class GuardedSimulation {
   /// Switches an object. While it is off it meets nothing, by force or proof. @throws InputError: no such
   /// object.
   void select(std::size_t object, bool is_on);
+  /// SceneSimulation::remove(), from the proof, too: it stays where it is shown, and meets nothing.
+  void remove(std::size_t object);
+  /// SceneSimulation::add(), to the proof, too; the next step's shown poses are proven with it. proof() is
+  /// then of the frame that brought it.
+  /// @throws InputError as there; where it would be within half of the gap of what it does not pass through
+  /// by `cue`: it stays out.
+  void add(std::size_t object, const Pose& X_WO, const Vector3& v_W, const Vector3& w_W);
   /// Sets the policy of pairs that no rule names.
   void set_policy(GuardPolicy policy);
 
@@ -167,6 +174,8 @@ class GuardedSimulation {
   void set_policies();
   void set_policy(std::size_t a, std::size_t b, GuardPolicy policy);
   void see(std::size_t a, std::size_t b);
+  void see_all(std::size_t object, bool is_on);
+  std::size_t too_near(std::size_t object) const;
   void set_pair_rules();
   void follow_latches();
   void follow_joints();
@@ -202,7 +211,7 @@ class GuardedSimulation {
   std::vector<GuardPolicy> policies_;  // by object and object
   std::vector<std::uint8_t> is_on_;    // by object
   std::vector<std::uint32_t> object_of_solid_;
-  std::shared_ptr<SeenPairs> pushed_, sliding_;  // push; push and slide
+  std::shared_ptr<SeenPairs> pushed_, sliding_, guarded_;  // push; push and slide; all but cue
   SceneSimulation simulation_;
   ContactWorld world_;
   std::vector<ObjectHandle> objects_;

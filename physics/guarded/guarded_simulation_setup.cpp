@@ -58,6 +58,7 @@ GuardedSimulation::GuardedSimulation(const DynamicScene& scene, const GuardSetti
       object_of_solid_(object_of_solids(scene.scene)),
       pushed_(std::make_shared<SeenPairs>(object_of_solid_, scene.scene.objects.size())),
       sliding_(std::make_shared<SeenPairs>(object_of_solid_, scene.scene.objects.size())),
+      guarded_(std::make_shared<SeenPairs>(object_of_solid_, scene.scene.objects.size())),
       simulation_(scene,
                   [&] {
                     set_policies();
@@ -97,6 +98,7 @@ void GuardedSimulation::see(std::size_t a, std::size_t b) {
   const GuardPolicy rule = policies_[a * is_on_.size() + b];  // before there are objects, too
   pushed_->set(a, b, are_on && rule == GuardPolicy::push);
   sliding_->set(a, b, are_on && (rule == GuardPolicy::push || rule == GuardPolicy::slide));
+  guarded_->set(a, b, are_on && rule != GuardPolicy::cue);
 }
 
 void GuardedSimulation::set_policies() {
@@ -268,12 +270,54 @@ void GuardedSimulation::set_policy(GuardPolicy policy) {
   world_.prepare();
 }
 
-void GuardedSimulation::select(std::size_t object, bool is_on) {
-  if (object >= objects_.size()) throw InputError("guard: no object " + std::to_string(object));
+void GuardedSimulation::see_all(std::size_t object, bool is_on) {
   is_on_[object] = is_on ? 1 : 0;
   for (std::size_t b = 0; b < objects_.size(); ++b)
     if (b != object) see(object, b);
+}
+
+void GuardedSimulation::select(std::size_t object, bool is_on) {
+  if (object >= objects_.size()) throw InputError("guard: no object " + std::to_string(object));
+  see_all(object, is_on);
   world_.select(SelectionChange::of(objects_[object], is_on));
+  world_.prepare();
+}
+
+void GuardedSimulation::remove(std::size_t object) {
+  simulation_.remove(object);
+  select(object, false);
+}
+
+/// What the object is within half of the gap of, where dynamics has it; kNoObject: nothing.
+std::size_t GuardedSimulation::too_near(std::size_t object) const {
+  NarrowphaseContacts near(make_broadphase_(),
+                           std::make_unique<GapNarrowphase>(make_proof_(), 0.5 * settings_.gap, guarded_),
+                           settings_.gap);
+  simulation_.fill(near);
+  near.find(simulation_.world());
+  for (const ContactOrigin& origin : near.origins()) {
+    const std::size_t a = simulation_.object_of(origin.solids.a), b = simulation_.object_of(origin.solids.b);
+    if ((a == object || b == object) && !(origin.separation > 0.0)) return a == object ? b : a;
+  }
+  return kNoObject;
+}
+
+void GuardedSimulation::add(std::size_t object, const Pose& X_WO, const Vector3& v_W, const Vector3& w_W) {
+  simulation_.add(object, X_WO, v_W, w_W);
+  see_all(object, true);
+  // Where there is no room it goes back to where it was.
+  if (const std::size_t other = too_near(object); other != kNoObject) {
+    see_all(object, false);
+    simulation_.remove(object);
+    simulation_.add(object, shown_pose(object), Vector3::Zero(), Vector3::Zero());
+    simulation_.remove(object);
+    throw InputError("guard: " + object_name(*scene_, object) + " would come within the gap of " +
+                     object_name(*scene_, other));
+  }
+  // It goes there while it meets nothing.
+  const MotionCommand command{objects_[object], RigidPath::between(shown_pose(object), X_WO)};
+  frame_ = world_.frame({&command, 1});
+  world_.select(SelectionChange::of(objects_[object], true));
   world_.prepare();
 }
 

@@ -490,6 +490,47 @@ TEST(GuardedSimulation, OrderOfRegistrationDoesNotShow) {
   }
 }
 
+TEST(GuardedSimulation, BodiesComeAndGoWhereThereIsRoom) {
+  DynamicScene scene = empty_scene(1.0);
+  scene.gravity_W = {0, 0, -10};
+  const Vector3 size(0.2, 0.2, 0.2), away(0.5, 0, 0.15);
+  add(scene, box("floor", {4, 4, 1}, at({0, 0, -0.5})), {});
+  add(scene, box("rests", size, at({0, 0, 0.1 + 1e-6})), free_body(3, size));
+  add(scene, box("comes", size, at({0, 0, 3})), free_body(3, size));
+  GuardedSimulation run = guarded(scene);
+  const auto go = [&](int steps) {
+    for (int i = 0; i < steps; ++i) {
+      ASSERT_EQ(run.step().dynamics.failure, StepFailure::none);
+      const bool is_1 = run.simulation().has(1), is_2 = run.simulation().has(2);
+      ASSERT_TRUE(!is_1 || shown_separation(scene, run, 0, 1) >= kLeast);
+      ASSERT_TRUE(!is_2 || shown_separation(scene, run, 0, 2) >= kLeast);
+      ASSERT_TRUE(!(is_1 && is_2) || shown_separation(scene, run, 1, 2) >= kLeast);
+    }
+  };
+  run.remove(2);
+  EXPECT_THROW(run.remove(2), InputError);
+  go(50);
+  EXPECT_EQ(run.shown_pose(2).p.z(), 3.0);
+  // Not into what is there, nor nearer than half of the gap; all goes on as before.
+  for (const double height : {0.25, run.shown_pose(1).p.z() + 0.2 + 0.4 * kGap})
+    EXPECT_THROW(run.add(2, at({0, 0, height}), kZero, kZero), InputError) << height;
+  EXPECT_FALSE(run.simulation().has(2));
+  go(10);
+  EXPECT_EQ(run.shown_pose(2).p.z(), 3.0);
+  // Beside it, where it falls and comes to rest a gap above the floor; then on top, and away from there.
+  run.add(2, at(away), kZero, kZero);
+  EXPECT_EQ(run.shown_pose(2).p, away);
+  go(300);
+  EXPECT_NEAR(shown_separation(scene, run, 0, 2), kGap, 2e-9);
+  run.remove(2);
+  run.add(2, at({0, 0, 0.31}), kZero, kZero);
+  go(300);
+  EXPECT_NEAR(shown_separation(scene, run, 1, 2), kGap, 2e-9);
+  run.remove(1);
+  go(300);
+  EXPECT_NEAR(shown_separation(scene, run, 0, 2), kGap, 2e-9);
+}
+
 TEST(GuardedSimulation, RefusesWhatItCannotGuard) {
   DynamicScene scene = empty_scene(0.1);
   const Vector3 size(0.2, 0.2, 0.2);
