@@ -29,8 +29,8 @@ struct FrustumSize {
 PlacedHexahedron make_frustum(const FrustumSize& size, const Pose& X_OS, const std::string& name);
 
 /// A hollow box about the origin: `inner_size` inside, walls of `thickness` around it, none at the `open`
-/// sides. Side: 0 -x, 1 +x, 2 -y, 3 +y, 4 -z, 5 +z. Walls do not overlap: the x walls span all, the y walls
-/// fit between them.
+/// sides. Side: 0 -x, 1 +x, 2 -y, 3 +y, 4 -z, 5 +z. Walls are boxes and do not overlap, but for a rounding:
+/// the x walls span all, the y walls fit between them.
 struct WallsSize {
   Vector3 inner_size;
   double thickness;
