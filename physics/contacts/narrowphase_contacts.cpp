@@ -340,7 +340,8 @@ void NarrowphaseContacts::take(const SolidPair& pair, PairStatus status, const P
     if (!(point.separation <= limit)) continue;
     if (is_covered(pair.a, pair.b, point.p_A_W, n) || is_covered(pair.b, pair.a, point.p_B_W, -n)) continue;
     contacts_.push_back({a.mover, b.mover, geometry.n_AB_W, point.p_A_W, point.p_B_W, surface.friction,
-                         surface.restitution, key_of(pair, point.feature_id, i)});
+                         surface.restitution, key_of(pair, point.feature_id, i), radius_of(pair.a),
+                         radius_of(pair.b)});
     origins_.push_back({pair, status, point.separation});
   }
 }

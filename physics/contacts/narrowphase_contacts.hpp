@@ -120,6 +120,10 @@ class NarrowphaseContacts {
   bool is_exempt(const SolidPair& pair) const;
   bool is_covered(SolidIndex solid, SolidIndex other, const Vector3& p_W, const Vector3& n_W) const;
   const Part& part_of(SolidIndex solid) const { return parts_[part_of_[solid]]; }
+  double radius_of(SolidIndex solid) const {
+    const Part& part = part_of(solid);
+    return part.tree->solids()[solid - part.first_solid].solid.radius();
+  }
   bool move_parts(const DynamicsWorld& world);
   bool find_path_lengths(const DynamicsWorld& world, double h);
   double find_motion(const DynamicsWorld& world, double h, Part& part);

@@ -42,6 +42,8 @@ struct Contact {
   double restitution = 0.0;  ///< Newton's, 0 to 1
   std::uint64_t key =
       0;  ///< names the pair and its feature from step to step: what was found last is tried first
+  /// By which each surface is rounded there, >= 0 [m]: contact goes along with what rolls.
+  double radius_A = 0.0, radius_B = 0.0;
 };
 
 /// How a joint is driven. The torque of `rate`, `brake` and `position` is whatever the motion takes, up to

@@ -28,6 +28,17 @@ double allowed_depth(double depth, double h, const DynamicsWorld::Settings& sett
   return std::max(settings.contact_gap, depth - speed * h);
 }
 
+/// Two bodies' points stay together on their mean. What is rounded touches on the normal through a point of
+/// its core, and rolls on along with that. @param v_A, v_B of both surfaces at point.p_W
+Vector3 path_velocity(const GroupPoint& point, const Movers& movers, const Vector3& v_A, const Vector3& v_B) {
+  const Contact& contact = *point.contact;
+  if (contact.radius_A == 0.0 && contact.radius_B == 0.0) return 0.5 * (v_A + v_B);
+  const Vector3 core_v_A = movers.point_velocity(contact.a, point.p_W - contact.radius_A * contact.n_AB_W),
+                core_v_B = movers.point_velocity(contact.b, point.p_W + contact.radius_B * contact.n_AB_W);
+  if (contact.radius_B == 0.0) return core_v_A;
+  return contact.radius_A == 0.0 ? core_v_B : Vector3(0.5 * (core_v_A + core_v_B));
+}
+
 }  // namespace
 
 void attach(const Group& group, std::span<const Contact> contacts, const WarmStart& warm,
@@ -87,7 +98,7 @@ void update_speeds(const Movers& movers, GroupState& state) {
     const Vector3 v_A = movers.point_velocity(point.contact->a, point.p_W);
     const Vector3 v_B = movers.point_velocity(point.contact->b, point.p_W);
     point.v_W = v_B - v_A;
-    point.mean_v_W = 0.5 * (v_A + v_B);
+    point.path_v_W = path_velocity(point, movers, v_A, v_B);
     point.approach_v = dot(point.contact->n_AB_W, point.v_W);
   }
 }

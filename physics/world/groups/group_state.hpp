@@ -19,7 +19,7 @@ struct GroupPoint {
   Vector3 p_A, p_B;               // in the movers' frames
   Vector3 p_W;                    // between the points, at the start of the piece
   Vector3 v_W;                    // of B's point seen from A's, there
-  Vector3 mean_v_W;               // of both
+  Vector3 path_v_W;               // of the place where they touch, there
   Vector3 t1_W, t2_W;             // at right angles to the normal
   double separation, approach_v;  // at the start of the piece; the speed after its impact
   double allowed_depth;           // at the end of the step

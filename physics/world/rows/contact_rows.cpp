@@ -156,9 +156,9 @@ void Gathering::add_contact(std::size_t index, const GroupPoint& point) {
     added.sides[0].sign = -1.0, added.sides[1].sign = 1.0;
   }
   ContactRows::Contact& contact = rows_.contacts[next_contact_++];
-  // The point moves with both bodies that touch there, half with each.
+  // The point goes on as it moves at the start.
   Vector3 act_W = point.p_W;
-  if (wanted_.phase == Phase::forces) act_W += (0.5 * wanted_.t) * point.mean_v_W;
+  if (wanted_.phase == Phase::forces) act_W += (0.5 * wanted_.t) * point.path_v_W;
   // b is the relative velocity without impulses; the commanded part is kept as well.
   double b[3] = {0.0, 0.0, 0.0};
   const Vector3 v_A = add_side(given.a, point, act_W, contact, contact.sides[0], b);

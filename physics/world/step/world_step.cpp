@@ -69,10 +69,11 @@ struct Clock {
 bool check(std::span<const Contact> contacts, const Movers& movers, StepContext& step) {
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const Contact& c = contacts[i];
-    const bool is_good = movers.is_known(c.a) && movers.is_known(c.b) && touchstone::is_finite(c.p_A_W) &&
-                         touchstone::is_finite(c.p_B_W) &&
-                         std::abs(dot(c.n_AB_W, c.n_AB_W) - 1.0) <= kRotationTolerance && c.friction >= 0.0 &&
-                         std::isfinite(c.friction) && c.restitution >= 0.0 && c.restitution <= 1.0;
+    const bool is_good =
+        movers.is_known(c.a) && movers.is_known(c.b) && touchstone::is_finite(c.p_A_W) &&
+        touchstone::is_finite(c.p_B_W) && std::abs(dot(c.n_AB_W, c.n_AB_W) - 1.0) <= kRotationTolerance &&
+        c.friction >= 0.0 && std::isfinite(c.friction) && c.restitution >= 0.0 && c.restitution <= 1.0 &&
+        c.radius_A >= 0.0 && std::isfinite(c.radius_A) && c.radius_B >= 0.0 && std::isfinite(c.radius_B);
     if (!is_good) return step.fail(StepFailure::bad_contact, i);
   }
   return true;

@@ -168,6 +168,8 @@ TEST(DynamicsWorld, BadContactsAndStepsAreRefusedByName) {
   expect_bad([](Contact& contact) { contact.n_AB_W.x() = NAN; });
   expect_bad([](Contact& contact) { contact.p_A_W.y() = NAN; });
   expect_bad([](Contact& contact) { contact.p_B_W.y() = INFINITY; });
+  expect_bad([](Contact& contact) { contact.radius_A = -0.1; });
+  expect_bad([](Contact& contact) { contact.radius_B = INFINITY; });
   expect_bad([](Contact& contact) { contact.friction = NAN; });
   expect_bad([](Contact& contact) { contact.friction = -0.1; });
   expect_bad([](Contact& contact) { contact.restitution = 1.5; });
