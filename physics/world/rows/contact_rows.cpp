@@ -19,6 +19,8 @@ constexpr double kPointWork = 500.0;
 // it. Such levers are rounding, or less than places of contact points are known to; what is driven against
 // the axis would turn the joint by the inverse of it.
 constexpr double kLeastLever = 0x1p-28;
+// Of the contact gap: what parts, or is turned aside, by less in a piece is at rest, and keeps its bits.
+constexpr double kParts = 1.0;
 
 /// A spring and a damper: see Gathering::make_linear().
 struct LinearForce {
@@ -42,9 +44,18 @@ struct Axis {
 /// Writes the rows of one group for one phase.
 class Gathering {
  public:
-  Gathering(const RowsWanted& wanted, const DynamicsWorld::Settings& settings, Movers& movers,
+  /// @param is_pressed something that moves as commanded touches the group
+  Gathering(const RowsWanted& wanted, bool is_pressed, const StepContext& step, Movers& movers,
             ContactRows& rows)
-      : wanted_(wanted), settings_(settings), movers_(movers), rows_(rows) {}
+      : wanted_(wanted),
+        settings_(step.settings),
+        movers_(movers),
+        rows_(rows),
+        // What is commanded gives energy of its own, and stops what turns within a step. Bodies deep in each
+        // other get the share of impulses that gives none (IslandSolver::limit_energy).
+        holds_at_end_(wanted.phase == Phase::forces && !is_pressed && !step.is_soft),
+        // Many contacts come to rest sooner where they are stopped.
+        may_return_(holds_at_end_ && !step.is_resting) {}
 
   void prepare_units(const Group& group);
   void add_contact(std::size_t index, const GroupPoint& point);
@@ -52,6 +63,8 @@ class Gathering {
   void add_held(std::uint32_t joint);
 
  private:
+  Vector3 to_end(const GroupPoint& point, const Body& body) const;
+  double returning(const GroupPoint& point) const;
   Vector3 add_side(const Mover& mover, const GroupPoint& point, const Vector3& act_W,
                    const ContactRows::Contact& contact, ContactRows::Side& side, double* b);
   std::size_t add_joint(const ContactRows::Joint& joint, double b, double commanded,
@@ -67,6 +80,8 @@ class Gathering {
   const DynamicsWorld::Settings& settings_;
   Movers& movers_;
   ContactRows& rows_;
+  const bool holds_at_end_;  // see to_end()
+  const bool may_return_;    // see returning()
   std::size_t next_contact_ = 0, next_joint_ = 0;
   Vector3 act_W_ = Vector3::Zero();  // where the joint between movers that is being added acts
 };
@@ -105,6 +120,22 @@ void Gathering::prepare_units(const Group& group) {
   }
 }
 
+/// Impulses act where a point is in the middle of the piece, but the laws hold for velocities where it is at
+/// the end: about its middle, what tips would part from what holds it by t w^2 R / 2, and be lifted by that
+/// in each step. Returns what the body's point gains in velocity on the way, as it turns at the start.
+Vector3 Gathering::to_end(const GroupPoint& point, const Body& body) const {
+  if (!holds_at_end_) return Vector3::Zero();
+  const Vector3 gained_W = cross(body.w_W, Vector3((0.5 * wanted_.t) * (point.path_v_W - body.v_W)));
+  return norm(gained_W) * wanted_.t > kParts * settings_.contact_gap ? gained_W : Vector3(Vector3::Zero());
+}
+
+/// The speed that a point which parts as the piece begins may come back with: the gap that it makes is closed
+/// by then, and what presses it before would lift it.
+double Gathering::returning(const GroupPoint& point) const {
+  const bool parts = point.approach_v * wanted_.t > kParts * settings_.contact_gap;
+  return parts && may_return_ ? point.approach_v : 0.0;
+}
+
 /// Takes the side up. Returns a body's velocity at the point; a mechanism's goes to b, by its rows.
 Vector3 Gathering::add_side(const Mover& mover, const GroupPoint& point, const Vector3& act_W,
                             const ContactRows::Contact& contact, ContactRows::Side& side, double* b) {
@@ -118,7 +149,7 @@ Vector3 Gathering::add_side(const Mover& mover, const GroupPoint& point, const V
   if (movers_.is_body(side.unit)) {
     const RowUnit& unit = rows_.units[side.unit];
     side.lever_W = act_W - unit.middle_W;
-    return unit.v_W + cross(unit.w_W, side.lever_W);
+    return unit.v_W + cross(unit.w_W, side.lever_W) + to_end(point, movers_.bodies[side.unit]);
   }
   // A mechanism has three rows J and Y = M^-1 J^T, which are kept until made anew.
   const Arm& arm = movers_.arm_of(side.unit);
@@ -181,7 +212,7 @@ void Gathering::add_contact(std::size_t index, const GroupPoint& point) {
                           ? point.separation / wanted_.t
                           : 0.0;
   b[0] = wanted_.phase == Phase::parting ? (point.separation + point.allowed_depth) / wanted_.t
-                                         : bounce * b[0] + room;
+                                         : bounce * b[0] + room + returning(point);
   commanded = bounce * commanded + room;
   contact.room = room;
   rows_.commanded.push_back(commanded);
@@ -490,7 +521,9 @@ void gather(const RowsWanted& wanted, const GroupState& group, StepContext& step
   rows.bounds.clear();
   rows.length = wanted.phase == Phase::forces ? wanted.t : 0.0;
   step.budget.spend(kPointWork * static_cast<double>(group.points.size()));
-  Gathering gathering(wanted, step.settings, movers, rows);
+  const bool is_pressed = std::any_of(group.kinematics.begin(), group.kinematics.end(),
+                                      [&](std::uint32_t i) { return moves(movers.bodies[i]); });
+  Gathering gathering(wanted, is_pressed, step, movers, rows);
   gathering.prepare_units(group.members);
   for (std::size_t i = 0; i < group.points.size(); ++i)
     if (wanted.all || group.points[i].separation <= step.settings.contact_gap)

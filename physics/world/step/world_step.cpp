@@ -176,7 +176,7 @@ double take_piece(Clock& clock, bool all, StepContext& step, WorldParts& world) 
     const double arrival = first_arrival(group, movers, step.settings.contact_gap, t);
     if (arrival >= t) return t;
     go_back(group, movers);
-    movers.place_kinematics(group.kinematics, elapsed);
+    place(elapsed);
     t = arrival;
     search.is_aimed = false;
   }

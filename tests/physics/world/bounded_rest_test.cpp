@@ -106,6 +106,33 @@ TEST(BoundedSteps, APyramidRestsWhereItStandsAtDisplayRate) {
   EXPECT_LT(scene.world.energy() - before, 1e-4);
 }
 
+TEST(BoundedSteps, WhatTumblesToRestGainsNoEnergy) {
+  // Thrown, by an edge and by a corner, over each other in pairs.
+  for (const double h : {1e-3, 1.0 / 240.0}) {
+    double most = 0.0, sum = 0.0;
+    for (int run = 0; run < 6; ++run) {
+      Cubes scene;
+      scene.add_ground();
+      for (int i = 0; i < 2; ++i) {
+        const auto cube = scene.add_cube({0.35 * i, 0, 0.2});
+        Pose X_WB = at({0.35 * i, 0, 0.2});
+        X_WB.R = rotation_about(Vector3(0.6, 0.8 * (run % 2), 0.8 * (1 - run % 2)), 0.3 + 0.2 * run);
+        scene.world.set_state(cube,
+                              scene.cube.state(X_WB, {1.0 - 2.0 * i, 0.1 * run, 0}, {3.0, 8.0 - run, 1.0}));
+      }
+      scene.contacts->build();
+      for (int i = 0; i < static_cast<int>(1.0 / h); ++i) {
+        const double before = scene.world.energy();
+        ASSERT_EQ(scene.step(h).failure, StepFailure::none);
+        const double gained = scene.world.energy() - before;
+        most = std::max(most, gained), sum += std::max(0.0, gained);
+      }
+    }
+    std::printf("tumbling by %.4f s: a step gives %.1e J at most, all %.1e J\n", h, most, sum);
+    EXPECT_LT(sum, 1e-4) << h;
+  }
+}
+
 /// A wall of rows, each second one shifted by a share of a cube: at rest after 1.5 s, where it was.
 void expect_wall_rests(int rows, int columns, double shift) {
   Cubes scene;

@@ -614,7 +614,7 @@ TEST(BoundedSteps, ACubeThatRattlesLeavesWorkForTheLastPiece) {
     EXPECT_NEAR(scene.world.pose(cube).p.z(), 0.1, 1.1e-4) << run;
   }
   std::printf("%u Newton steps at most, %u pieces\n", newton_steps, pieces);
-  EXPECT_LT(newton_steps, 75U);  // of 60 runs 64; 148 in 16 pieces when these took all of the work
+  EXPECT_LT(newton_steps, 80U);  // of 96 runs 113; 148 in 16 pieces when these took all of the work
 }
 
 TEST(BoundedSteps, WorkMayBeInfinite) {
