@@ -52,4 +52,13 @@ inline double block_scale(std::span<const double> W, std::size_t n, std::size_t 
   return w;
 }
 
+inline double block_scale(const ContactProblem& problem, std::size_t row, std::size_t size) {
+  const std::size_t rates = problem.rates;
+  if (rates == 0) return block_scale(problem.W, problem.rows(), row, size);
+  double w = 0.0;
+  for (std::size_t i = row; i < row + size; ++i)
+    w = worse_of(w, sum_of_products(&problem.J[i * rates], &problem.Y[i * rates], rates));
+  return w;
+}
+
 }  // namespace touchstone::physics

@@ -20,8 +20,10 @@ void ContactNewton::reserve(std::size_t rows) {
   reserve_written(law_, rows);
   for (auto* vector : {&active_, &end_, &block_end_}) reserve_written(*vector, rows);
   reserve_written(before_, rows + 1);
-  for (auto* vector : {&met_u_, &right_}) reserve_written(*vector, rows);
+  for (auto* vector : {&met_u_, &right_, &held_w_}) reserve_written(*vector, rows);
   reserve_written(A_, rows * rows, kDenseRows * kDenseRows);
+  const std::size_t most = std::min(rows, kDenseRows);
+  equations_.reserve(most, most / ContactProblem::kRowsARate);
 }
 
 void ContactNewton::decide_contact(std::size_t contact, std::span<double> step) {
@@ -58,9 +60,10 @@ void ContactNewton::decide(std::span<double> step) {
     }
   }
   // Rows that are not held are the unknowns; the held rows' steps change the velocities.
+  met_u_.assign(u_.begin(), u_.end());
+  if (problem_->is_by_rates()) return meet_by_rates(step);
   active_.clear();
   before_.resize(n_ + 1);
-  met_u_.assign(u_.begin(), u_.end());
   for (std::size_t i = 0; i < n_; ++i) {
     before_[i] = active_.size();
     if (law_[i] != Law::held) {
@@ -109,6 +112,18 @@ void ContactNewton::fill_slip(std::size_t contact) {
     if (y_[row] > 0.0) a[i] -= friction * e[r];
     right_[i + 1 + r] = right;
   }
+}
+
+/// Across is e turned by a right angle.
+ContactNewton::Slip ContactNewton::slip_of(std::size_t contact) const {
+  const std::size_t row = 3 * contact;
+  const double friction = problem_->view().friction[contact], radius = friction * std::max(y_[row], 0.0);
+  const double z1 = y_[row + 1] - rho_ * u_[row + 1], z2 = y_[row + 2] - rho_ * u_[row + 2];
+  const double length = std::sqrt(z1 * z1 + z2 * z2), e[2] = {z1 / length, z2 / length};
+  return {{e[0], e[1]},
+          std::min(radius / length, 1.0),
+          y_[row] > 0.0 ? friction : 0.0,
+          radius - (e[0] * y_[row + 1] + e[1] * y_[row + 2])};
 }
 
 void ContactNewton::fill() {
@@ -178,12 +193,94 @@ bool ContactNewton::eliminate_rows() {
   return true;
 }
 
+/// met_u_, of the held rows' steps.
+void ContactNewton::meet_by_rates(std::span<const double> step) {
+  const std::size_t rates = problem_->unscaled().rates;
+  held_w_.assign(rates, 0.0);
+  bool is_any = false;
+  for (std::size_t i = 0; i < n_; ++i) {
+    if (law_[i] != Law::held || step[i] == 0.0) continue;
+    const auto [first, end] = problem_->rates(i / 3);
+    subtract_multiple(&held_w_[first], problem_->Y(i) + first, -step[i], end - first);
+    is_any = true;
+  }
+  for (std::size_t i = 0; i < n_ && is_any; ++i) {
+    const auto [first, end] = problem_->rates(i / 3);
+    met_u_[i] += sum_of_products(problem_->J(i) + first, &held_w_[first], end - first);
+  }
+}
+
+/// u = 0.
+void ContactNewton::add_stop(std::size_t row, RateEquations::Reach reach) {
+  equations_.add(reach, kProximal, -met_u_[row]);
+  std::copy(problem_->Y(row) + reach.first, problem_->Y(row) + reach.end, equations_.left() + reach.first);
+  std::copy(problem_->J(row) + reach.first, problem_->J(row) + reach.end, equations_.of() + reach.first);
+}
+
+/// As fill_slip(): the normal's, which takes the tangents along where they slip with it, and that of what is
+/// across the slip.
+void ContactNewton::add_slip(std::size_t contact) {
+  const std::size_t row = 3 * contact;
+  const auto [first, end] = problem_->rates(contact);
+  const Slip slip = slip_of(contact);
+  const double *const J1 = problem_->J(row + 1), *const J2 = problem_->J(row + 2);
+  const double *const Y1 = problem_->Y(row + 1), *const Y2 = problem_->Y(row + 2);
+  add_stop(row, {first, end});
+  double* left = equations_.left();
+  for (std::size_t k = first; k < end; ++k) {
+    const double along = slip.e[0] * Y1[k] + slip.e[1] * Y2[k];
+    left[k] += slip.friction * along;
+    equations_.start()[k] += slip.along * along;
+  }
+  const double by_u = rho_ * slip.ratio;
+  const double u1 = met_u_[row + 1] - u_[row + 1], u2 = met_u_[row + 2] - u_[row + 2];
+  equations_.add({first, end}, 1.0 - slip.ratio,
+                 slip.across(-y_[row + 1], -y_[row + 2]) - by_u * slip.across(u1, u2));
+  left = equations_.left();
+  double* const of = equations_.of();
+  for (std::size_t k = first; k < end; ++k)
+    left[k] = slip.across(Y1[k], Y2[k]), of[k] = by_u * slip.across(J1[k], J2[k]);
+}
+
+bool ContactNewton::solve_by_rates(std::span<double> step) {
+  const std::size_t contacts = problem_->view().contacts;
+  equations_.begin(problem_->unscaled().rates);
+  for (std::size_t c = 0; c < contacts; ++c) {
+    const auto [first, end] = problem_->rates(c);
+    if (law_[3 * c] == Law::held) continue;
+    if (law_[3 * c + 1] == Law::slipping) {
+      add_slip(c);
+      continue;
+    }
+    for (std::size_t i = 3 * c; i < 3 * c + 3; ++i) add_stop(i, {first, end});
+  }
+  const bool is_solved = equations_.solve();
+  work_ = ContactProblem::kPriceOfRates * equations_.work();
+  if (!is_solved) return false;
+  // Each contact's steps, in the same order.
+  std::size_t at = 0;
+  for (std::size_t c = 0; c < contacts; ++c) {
+    if (law_[3 * c] == Law::held) continue;
+    step[3 * c] = equations_.solution(at++);
+    if (law_[3 * c + 1] != Law::slipping) {
+      for (std::size_t i = 3 * c + 1; i < 3 * c + 3; ++i) step[i] = equations_.solution(at++);
+      continue;
+    }
+    const Slip slip = slip_of(c);
+    const double along = slip.along + slip.friction * step[3 * c], across = equations_.solution(at++);
+    step[3 * c + 1] = slip.e[0] * along - slip.e[1] * across;
+    step[3 * c + 2] = slip.e[1] * along + slip.e[0] * across;
+  }
+  return true;
+}
+
 bool ContactNewton::step(const ScaledProblem& problem, std::span<const double> y, std::span<const double> u,
                          double rho, std::span<double> step) {
   problem_ = &problem;
   y_ = y, u_ = u, rho_ = rho;
   n_ = y.size();
   decide(step);
+  if (problem.is_by_rates()) return solve_by_rates(step);
   fill();
   find_profile();
   if (!eliminate_rows()) return false;

@@ -2,14 +2,33 @@
 
 #include "touchstone/physics/solver/contact_laws.hpp"
 
+#include <algorithm>
+
 namespace touchstone::physics {
+namespace {
+
+/// u = J Y^T x + b, by the rates one after the other.
+void velocities_by_rates(const ContactProblem& problem, std::span<const double> x, std::span<double> u) {
+  const std::size_t n = problem.rows(), rates = problem.rates;
+  std::copy(problem.b.begin(), problem.b.end(), u.begin());
+  for (std::size_t k = 0; k < rates; ++k) {
+    double w = 0.0;
+    for (std::size_t i = 0; i < n; ++i) w += problem.Y[i * rates + k] * x[i];
+    for (std::size_t i = 0; i < n; ++i) u[i] += problem.J[i * rates + k] * w;
+  }
+}
+
+}  // namespace
 
 double natural_residual(const ContactProblem& problem, std::span<const double> x, std::span<double> u) {
   const std::size_t n = problem.rows();
-  for (std::size_t i = 0; i < n; ++i) u[i] = row_velocity(problem.W, problem.b, x, i);
+  if (problem.rates > 0)
+    velocities_by_rates(problem, x, u);
+  else
+    for (std::size_t i = 0; i < n; ++i) u[i] = row_velocity(problem.W, problem.b, x, i);
   double worst = 0.0;
   for (std::size_t c = 0; c < problem.contacts; ++c) {
-    const double w = block_scale(problem.W, n, 3 * c, 3);
+    const double w = block_scale(problem, 3 * c, 3);
     if (w == 0.0) continue;  // between bodies that no impulse moves: nothing to solve for
     worst = worse_of(worst, contact_residual(w, problem.friction[c], &x[3 * c], &u[3 * c]));
   }

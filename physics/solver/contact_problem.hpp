@@ -27,8 +27,15 @@ struct ContactProblem {
   std::size_t contacts = 0;
   std::span<const double> friction;  ///< one a contact, >= 0
   std::span<const Bounds> bounds;    ///< one a joint row
-  std::span<const double> W;         ///< rows() x rows()
+  std::span<const double> W;         ///< rows() x rows(); empty where J and Y are given
   std::span<const double> b;
+  /// W = J Y^T in its parts, rows() x rates, Y being M^-1 J^T by row: fewer multiplications where rows are
+  /// kRowsARate times as many as rates. Without joint rows. 0 rates: W is given.
+  static constexpr std::size_t kRowsARate = 3;
+  /// Their rows are short: a multiplication takes as much longer than those of W.
+  static constexpr double kPriceOfRates = 3.0;
+  std::size_t rates = 0;
+  std::span<const double> J = {}, Y = {};
 
   std::size_t rows() const { return 3 * contacts + bounds.size(); }
 };

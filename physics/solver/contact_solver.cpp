@@ -241,7 +241,8 @@ SolveReport ContactSolver::solve(const ContactProblem& problem, std::span<double
   const bool with_newton = y_.size() <= settings_.most_newton_rows;
   const bool only_newton = with_newton && y_.size() > settings_.most_path_rows;
   const int share_of_rounds = std::max(static_cast<int>(share_ * settings_.rounds), kLeastRounds);
-  const int rounds = std::min(settings_.rounds, only_newton || budget != nullptr ? 1 : share_of_rounds);
+  const int rounds =
+      std::min(settings_.rounds, only_newton || budget != nullptr || problem.rates > 0 ? 1 : share_of_rounds);
   // Large problems are swept; others are solved by Newton's method and along paths.
   for (int round = 0; round < rounds && !done; ++round) {
     report_.rounds = round + 1;

@@ -53,7 +53,8 @@ class ContactSolver {
   const Settings& settings() const { return settings_; }
 
   /// @param x in: where to start from (warm start); out: the best found.
-  /// @param budget the first Newton steps alone, for as long as it lasts; nullptr: all there is.
+  /// @param budget the first Newton steps alone, for as long as it lasts; nullptr: all there is, of problems
+  /// in parts (ContactProblem::rates) the first Newton steps, too.
   /// @param is_improved one more step from a solution, whose impulses then hold a steady state for a long
   /// time; false: where it is not good to a thousandth of the tolerance.
   SolveReport solve(const ContactProblem& problem, std::span<double> x, WorkBudget* budget = nullptr,

@@ -38,11 +38,16 @@ class ScaledProblem {
 
   const ScaledContacts& view() const { return view_; }
   const ContactProblem& unscaled() const { return problem_; }
+  /// @pre !is_by_rates()
   Columns columns(std::size_t row) const { return columns_[row]; }
+  /// J and Y of a row, scaled, and which rates its contact's rows have. @pre is_by_rates()
+  const double* J(std::size_t row) const { return &J_[row * problem_.rates]; }
+  const double* Y(std::size_t row) const { return &Y_[row * problem_.rates]; }
+  Columns rates(std::size_t contact) const { return rates_[contact]; }
   /// 0: of a block that no impulse moves.
   double scale(std::size_t row) const { return scale_[row]; }
 
-  double velocity(std::size_t row, std::span<const double> y) const;
+  bool is_by_rates() const { return problem_.rates > 0; }
   /// The natural map's residual in the problem's own units; u out: velocities, scaled.
   double residual(std::span<const double> y, std::span<double> u) const;
   /// One block after the other, the others held: the normal to its solution, the tangents by one projected
@@ -54,11 +59,22 @@ class ScaledProblem {
   double rounding(std::span<const double> y) const;
 
  private:
+  void load_rates();
+  void load_couplings();
+  double velocity(std::size_t row, std::span<const double> y) const;
+  double velocity_by_rates(std::size_t row) const;
+  void add_to_rates(std::size_t row, double impulse) const;
+  void find_rates(std::span<const double> y) const;
+  void sweep_by_rates(std::span<double> y) const;
+
   ContactProblem problem_;
   ScaledContacts view_;
   std::vector<double> scale_, W_, b_;
   std::vector<ContactProblem::Bounds> bounds_;
   std::vector<Columns> columns_;
+  std::vector<double> J_, Y_;
+  std::vector<Columns> rates_;     // by contact
+  mutable std::vector<double> w_;  // scratch, by rate
   double work_ = 0.0;
 };
 

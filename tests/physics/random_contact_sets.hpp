@@ -25,6 +25,7 @@ struct RandomSet {
   std::vector<Body> bodies;
   std::vector<double> W = std::vector<double>(kRows * kRows), b = std::vector<double>(kRows),
                       friction = std::vector<double>(kContacts);
+  std::vector<double> J, Y;  // W = J Y^T
 
   /// One to five boxes with masses from 1e-3 to 1e3 kg, sides 0.2 to 1 m and velocities up to 1 m/s, and
   /// eight contacts of any two (or the ground): with any normal, or with that between the centres.
@@ -41,8 +42,9 @@ struct RandomSet {
       bodies.push_back(body);
     }
     std::fill(friction.begin(), friction.end(), mu);
-    std::vector<double> J(kRows * 6 * count, 0.0), Y = J;
-    for (std::size_t c = 0; c < kContacts; ++c) add_contact(random, c, along_centres, J, Y);
+    J.resize(kRows * 6 * count, 0.0);
+    Y = J;
+    for (std::size_t c = 0; c < kContacts; ++c) add_contact(random, c, along_centres);
     const std::size_t width = 6 * count;
     for (std::size_t r = 0; r < kRows; ++r)
       for (std::size_t s = 0; s <= r; ++s) {
@@ -52,8 +54,7 @@ struct RandomSet {
       }
   }
 
-  void add_contact(std::mt19937_64& random, std::size_t c, bool along_centres, std::vector<double>& J,
-                   std::vector<double>& Y) {
+  void add_contact(std::mt19937_64& random, std::size_t c, bool along_centres) {
     // Two movers, of which one may be the ground.
     const std::size_t count = bodies.size();
     const std::size_t first = random() % (count + 1);  // `count`: the ground
@@ -87,6 +88,8 @@ struct RandomSet {
   }
 
   ContactProblem problem() const { return {kContacts, friction, {}, W, b}; }
+  /// The same in parts.
+  ContactProblem by_rates() const { return {kContacts, friction, {}, {}, b, 6 * bodies.size(), J, Y}; }
 };
 
 }  // namespace touchstone::physics

@@ -8,6 +8,8 @@
 namespace touchstone::physics::stepping {
 namespace {
 
+constexpr std::size_t kBodyRates = 6;
+
 bool meet(const SparseContacts::Row& r, const SparseContacts::Row& s) {
   for (int i = 0; i < r.count; ++i)
     for (int k = 0; k < s.count; ++k)
@@ -67,6 +69,9 @@ void IslandProblem::reserve(const ContactRows& rows, std::size_t units, std::siz
   for (auto* vector : {&sizes_, &local_unit_}) reserve_written(*vector, units);
   reserve_written(masses_, units * widest * widest);
   reserve_written(bodies_, units);
+  for (auto* vector : {&J_, &Y_})
+    reserve_written(*vector, island_rows * island_rows / ContactProblem::kRowsARate,
+                    kDenseRows * kDenseRows / ContactProblem::kRowsARate);
 }
 
 /// A row of a contact in full, after those of the mechanisms.
@@ -142,6 +147,12 @@ void IslandProblem::write_out_bodies(ContactRows& rows) {
   }
 }
 
+void IslandProblem::number_units(std::span<const std::uint32_t> units, const ContactRows& rows) {
+  units_ = units.size();
+  local_unit_.resize(rows.units.size());
+  for (std::size_t i = 0; i < units_; ++i) local_unit_[units[i]] = static_cast<std::uint32_t>(i);
+}
+
 void IslandProblem::load(const Islands& islands, const Island& island, ContactRows& rows) {
   rows_.clear();
   group_rows_.clear();
@@ -153,6 +164,7 @@ void IslandProblem::load(const Islands& islands, const Island& island, ContactRo
   contacts_ = island.contacts;
   group_entries_ = rows.J.size();
   are_bodies_written_ = false;
+  number_units(islands.units_of(island), rows);
   // The island's blocks are listed in order.
   for (const std::size_t block : islands.blocks_of(island)) {
     const std::size_t first = rows.first_row(block);
@@ -182,8 +194,10 @@ void IslandProblem::load(const Islands& islands, const Island& island, ContactRo
 }
 
 /// Rows meet that act on the same body or mechanism, and the rows of one contact all act on the same.
-void IslandProblem::load_couplings(ContactRows& rows) {
+void IslandProblem::load_couplings(bool may_be_parts, ContactRows& rows) {
   write_out_bodies(rows);
+  if (may_be_parts && load_rates(rows)) return;
+  rates_ = 0;
   const std::size_t n = row_count(), contact_rows = 3 * contacts_;
   W_.assign(n * n, 0.0);
   const auto size_at = [&](std::size_t row) { return row < contact_rows ? 3U : 1U; };
@@ -197,15 +211,33 @@ void IslandProblem::load_couplings(ContactRows& rows) {
   for (std::size_t j = 0; j < compliance_.size(); ++j) W_[(contact_rows + j) * (n + 1)] += compliance_[j];
 }
 
+/// W in its parts, where the island is of bodies that have few rates beside the rows of their contacts.
+/// @return whether it is.
+bool IslandProblem::load_rates(const ContactRows& rows) {
+  const std::size_t n = row_count(), rates = kBodyRates * units_;
+  const bool are_of_bodies = std::all_of(levers_.begin(), levers_.end(),
+                                         [](const SparseContacts::Levers& of) { return of.are_of_bodies; });
+  if (!compliance_.empty() || !are_of_bodies || n < ContactProblem::kRowsARate * rates) return false;
+  rates_ = rates;
+  J_.assign(n * rates, 0.0);
+  Y_.assign(n * rates, 0.0);
+  for (std::size_t r = 0; r < n; ++r)
+    for (int i = 0; i < rows_[r].count; ++i) {
+      const std::size_t to = r * rates + kBodyRates * local_unit_[rows_[r].units[i]],
+                        from = rows_[r].first[i];
+      std::copy_n(&rows.J[from], kBodyRates, &J_[to]);
+      std::copy_n(&rows.Y[from], kBodyRates, &Y_[to]);
+    }
+  return true;
+}
+
 void IslandProblem::load_masses(const Islands& islands, const Island& island, const ContactRows& rows) {
   sizes_.clear();
   masses_.clear();
   bodies_.clear();
-  local_unit_.resize(rows.units.size());
   for (const std::uint32_t member : islands.units_of(island)) {
     const RowUnit& unit = rows.units[member];
     const std::size_t n = unit.width(), first = masses_.size();
-    local_unit_[member] = static_cast<std::uint32_t>(sizes_.size());
     sizes_.push_back(static_cast<std::uint32_t>(n));
     masses_.resize(first + n * n, 0.0);
     bodies_.push_back({unit.mass, unit.inverse_inertia_W});

@@ -218,7 +218,7 @@ SolveReport IslandSolver::solve_anew(const Island& island, const Start& start, C
   if (step.is_soft && !is_doubtful) return solve_soft(island, tolerance, rows, step);
   // Small islands are solved exactly.
   if (is_small && is_direct && !is_doubtful) {
-    load_couplings(rows, step);
+    load_couplings(step.is_bounded() && !is_refined, rows, step);
     solved = solve_dense(rows, step.is_bounded() ? &step.budget : nullptr, !start.moves);
     if (is_refined && solved.converged) refine(island, rows);
     if (solved.converged) velocities_.update(islands_, island, rows);
@@ -231,11 +231,11 @@ SolveReport IslandSolver::solve_anew(const Island& island, const Start& start, C
     count(tried, solved);
     const bool is_polished = is_small && !start.moves && !is_refined && !step.is_parted;
     if (is_polished && solved.converged && step.is_bounded() && !step.budget.is_spent()) {
-      if (!is_direct || is_doubtful) load_couplings(rows, step);
+      if (!is_direct || is_doubtful) load_couplings(true, rows, step);
       polish(island, rows, step, solved);
     }
     if (!solved.converged && !step.is_bounded() && !is_small && size <= kMostPolishedRows) {
-      load_couplings(rows, step);
+      load_couplings(false, rows, step);
       polish(island, rows, step, solved);
     }
   }
@@ -366,8 +366,9 @@ void IslandSolver::limit_energy(const Island& island, ContactRows& rows, SolveRe
   solved.residual = velocities_.update(islands_, island, rows).worst;
 }
 
-void IslandSolver::load_couplings(ContactRows& rows, StepContext& step) {
-  problem_.load_couplings(rows);
+/// @param may_be_parts where ContactSolver's paths, which take W, are not tried
+void IslandSolver::load_couplings(bool may_be_parts, ContactRows& rows, StepContext& step) {
+  problem_.load_couplings(may_be_parts, rows);
   const auto size = static_cast<double>(problem_.row_count());
   step.budget.spend(kCouplingWork * size * size);
 }

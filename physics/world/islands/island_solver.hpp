@@ -47,7 +47,7 @@ class IslandSolver {
 
   void solve_island(const Island& island, ContactRows& rows, StepContext& step);
   SolveReport solve_anew(const Island& island, const Start& start, ContactRows& rows, StepContext& step);
-  void load_couplings(ContactRows& rows, StepContext& step);
+  void load_couplings(bool may_be_parts, ContactRows& rows, StepContext& step);
   SolveReport solve_dense(ContactRows& rows, WorkBudget* budget, bool is_improved = true);
   SolveReport solve_convex(const Island& island, bool is_refined, bool is_doubtful, ContactRows& rows,
                            StepContext& step);

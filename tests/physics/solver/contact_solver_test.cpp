@@ -153,6 +153,36 @@ TEST(ContactSolver, WithinAWorkBudgetItGivesUpWhereNothingBetterIsFound) {
 }
 
 // What moves needs no last digits: a step less, for a residual within the tolerance all the same.
+/// Of a few bodies W's parts are to give what W does, with as many Newton steps.
+TEST(ContactSolver, InPartsAsByW) {
+  std::mt19937_64 random(2911);
+  ContactSolver solver;
+  std::vector<double> u(RandomSet::kRows);
+  int solved[2] = {0, 0}, steps[2] = {0, 0};
+  for (int i = 0; i < 400; ++i) {
+    const RandomSet set(random, 0.3, i % 2 == 0);
+    std::vector<double> x[2];
+    SolveReport reports[2];
+    for (int k = 0; k < 2; ++k) {
+      x[k].assign(RandomSet::kRows, 0.0);
+      WorkBudget budget;
+      budget.start(1e9);
+      reports[k] = solver.solve(k == 0 ? set.problem() : set.by_rates(), x[k], &budget);
+      if (!reports[k].converged) continue;
+      ++solved[k];
+      expect_laws(set.problem(), x[k], 2e-9);
+      EXPECT_LE(natural_residual(set.by_rates(), x[k], u), 1e-9);
+    }
+    for (int k = 0; k < 2; ++k)
+      if (reports[0].converged && reports[1].converged) steps[k] += reports[k].newton_steps;
+  }
+  std::printf("by W %d of 400 solved, in parts %d; Newton steps where both are: %d, %d\n", solved[0],
+              solved[1], steps[0], steps[1]);
+  EXPECT_GE(solved[0], 200);  // or nothing was tried
+  EXPECT_NEAR(solved[1], solved[0], 8);
+  EXPECT_NEAR(steps[1], steps[0], 0.02 * steps[0]);
+}
+
 TEST(ContactSolver, AGoodSolutionIsImprovedWhereAskedFor) {
   std::mt19937_64 random(1612);
   ContactSolver solver;
