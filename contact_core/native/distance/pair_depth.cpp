@@ -73,7 +73,9 @@ void prefetch_hull(const SolidSet& set, SolidIndex solid, bool depth, bool faces
   prefetch(set.vertices[solid]);
   const SolidHull& hull = *set.solids[solid].hull;
   if (depth) fetch(&hull.record, offsetof(HullRecord, normals[1]));  // as for eight faces at most
-  if (faces) fetch(&hull.features, offsetof(SolidFeatures, faces) + 6 * sizeof(HullFace));
+  // What the kernel of a pair's clip reads whichever faces meet.
+  const QuadFaces& quads = hull.features.quads;
+  if (faces) fetch(&quads.normals, sizeof quads.normals), fetch(&quads.anchor, 1);
 }
 
 void find_hull_depth(const SolidSet& set, const Kernels& kernels, const SolidPair& pair,
