@@ -107,6 +107,8 @@ TOUCHSTONE_INLINE PlaceWord looked_up(const std::uint8_t (&table)[18], PlaceWord
   return out;
 }
 
+TOUCHSTONE_INLINE int byte_of(PlaceWord word, int k) { return static_cast<int>(word >> (8 * k) & 0xff); }
+
 /// Up to eight of a solid's edges, of the first sixteen or of the others. Places beyond the last have edge 0.
 struct EdgeList {
   static constexpr int kMost = 8;
@@ -142,10 +144,10 @@ struct EdgeList {
       left = 0;
     from = (from & ~some) | left;
   }
-  TOUCHSTONE_INLINE int at(int k) const { return static_cast<int>(edges >> (8 * k) & 0xff); }
+  TOUCHSTONE_INLINE int at(int k) const { return byte_of(edges, k); }
 };
 
-/// Some of B's edges in lanes.
+/// Some of a solid's edges in lanes.
 template <class Pack>
 struct EdgeLanes {
   static constexpr int kPacks = EdgeList::kMost / Traits<Pack>::lanes;
@@ -153,14 +155,14 @@ struct EdgeLanes {
   Vector3Of<Pack> from[kPacks], along[kPacks], normal[2][kPacks];
   Pack length2[kPacks];
 
-  TOUCHSTONE_INLINE EdgeLanes(const PosedHull& hull, const EdgeList& list) {
+  TOUCHSTONE_INLINE EdgeLanes(const PosedHull& hull, PlaceWord edges, int count) {
     constexpr int kLanes = Traits<Pack>::lanes;
     const HullTopology& topology = *hull.hull;
-    const PlaceWord vertices[2] = {looked_up(topology.edge_vertices[0], list.edges),
-                                   looked_up(topology.edge_vertices[1], list.edges)};
-    const PlaceWord faces[2] = {looked_up(topology.edge_faces[0], list.edges),
-                                looked_up(topology.edge_faces[1], list.edges)};
-    for (int k = 0; k * kLanes < list.count; ++k) {
+    const PlaceWord vertices[2] = {looked_up(topology.edge_vertices[0], edges),
+                                   looked_up(topology.edge_vertices[1], edges)};
+    const PlaceWord faces[2] = {looked_up(topology.edge_faces[0], edges),
+                                looked_up(topology.edge_faces[1], edges)};
+    for (int k = 0; k * kLanes < count; ++k) {
       const int shift = 8 * k * kLanes;
       from[k] = picked_vertices<Pack>(hull, vertices[0] >> shift);
       along[k] = picked_vertices<Pack>(hull, vertices[1] >> shift) - from[k];
@@ -250,15 +252,148 @@ TOUCHSTONE_INLINE EdgeSearch try_edges(const PosedHull& A, int i, const PosedHul
   return EdgeSearch::done;
 }
 
+/// Pairs of edges, of A and of B, a byte each.
+struct EdgePairs {
+  int count = 0;
+  PlaceWord a = 0, b = 0;
+
+  /// Takes up to eight out of `near`, which has a byte of bits of B's edges for each of A's.
+  TOUCHSTONE_INLINE EdgePairs(std::uint64_t& near, const std::uint8_t (&edges_a)[8],
+                              const EdgeList& edges_b) {
+    for (; near != 0 && count < EdgeList::kMost; near &= near - 1, ++count) {
+      const int bit = __builtin_ctzll(near);
+      a |= PlaceWord{edges_a[bit / 8]} << (8 * count);
+      b |= static_cast<PlaceWord>(edges_b.at(bit % 8)) << (8 * count);
+    }
+  }
+};
+
+/// The normals across pairs of edges, any length, and turned; bits of those along which the arcs cross; the
+/// overlap of the two edges along each times that length, less rounding. Pairs in lanes.
+template <class Pack>
+struct EdgeAxes {
+  static constexpr int kLanes = Traits<Pack>::lanes, kMost = EdgeList::kMost, kPacks = kMost / kLanes;
+
+  Vector3Of<Pack> c[kPacks];
+  alignas(64) double length2[kMost];
+  alignas(64) double overlap[2][kMost];  // along c, along -c
+  unsigned crosses[2] = {0, 0};
+  unsigned are_short = 0;
+
+  TOUCHSTONE_INLINE EdgeAxes(const PosedHull& A, const PosedHull& B, const EdgePairs& pairs,
+                             const EdgeBounds& bounds) {
+    const EdgeLanes<Pack> of_a(A, pairs.a, pairs.count), of_b(B, pairs.b, pairs.count);
+    const Pack low = all<Pack>(-bounds.uncertain), high = all<Pack>(bounds.uncertain);
+    for (int k = 0; k * kLanes < pairs.count; ++k) {
+      const Vector3Of<Pack>&e = of_a.along[k], &f = of_b.along[k];
+      const Pack f_u1 = dot(of_a.normal[0][k], f), f_u2 = dot(of_a.normal[1][k], f);
+      const Pack e_w1 = dot(of_b.normal[0][k], e), e_w2 = dot(of_b.normal[1][k], e);
+      crosses[0] |= bits((least(f_u1, e_w1) > low) & (greatest(f_u2, e_w2) < high)) << (k * kLanes);
+      crosses[1] |= bits((greatest(f_u1, e_w1) < high) & (least(f_u2, e_w2) > low)) << (k * kLanes);
+      c[k] = cross(e, f);
+      const Pack across2 = dot(c[k], c[k]), along_c = dot(c[k], of_b.from[k] - of_a.from[k]);
+      const Pack rounding = all<Pack>(bounds.rounding);
+      store(across2, length2 + k * kLanes);
+      store(-along_c - rounding, overlap[0] + k * kLanes);
+      store(along_c - rounding, overlap[1] + k * kLanes);
+      are_short |= bits(across2 < all<Pack>(kShortCross2) * (of_a.length2[k] * of_b.length2[k]))
+                   << (k * kLanes);
+    }
+    for (unsigned& of : crosses) of &= (1u << pairs.count) - 1;
+  }
+  /// Whether there is one along which the arcs cross and the overlap is not certainly more than that at
+  /// `separation`.
+  TOUCHSTONE_INLINE bool any_in_question(double separation) const {
+    const Pack separation2 = all<Pack>(separation * separation);
+    unsigned out = 0;
+    for (int first = 0; (crosses[0] | crosses[1]) >> first != 0; first += kLanes) {
+      for (int turned = 0; turned < 2; ++turned) {
+        const Pack over = load<Pack>(overlap[turned] + first);
+        const MaskOf<Pack> exceeds =
+            (over > Pack{}) & (over * over > separation2 * load<Pack>(length2 + first));
+        out |= crosses[turned] & (bits(~exceeds) << first);
+      }
+    }
+    return out != 0;
+  }
+  /// Whether the overlap of pair k is certainly more than that at `separation`.
+  TOUCHSTONE_INLINE bool exceeds(int k, int turned, double separation) const {
+    const double over = overlap[turned][k];
+    return over > 0.0 && over * over > (separation * separation) * length2[k];
+  }
+};
+
+/// Unit normals along c, and the hulls' separations along them and along them turned.
+template <class Pack>
+struct EdgeSeparations {
+  static constexpr int kLanes = Traits<Pack>::lanes;
+
+  alignas(64) double nx[EdgeList::kMost], ny[EdgeList::kMost], nz[EdgeList::kMost];
+  alignas(64) double along[2][EdgeList::kMost];
+
+  TOUCHSTONE_INLINE EdgeSeparations(const PosedHull& A, const PosedHull& B, const EdgeAxes<Pack>& axes,
+                                    int count) {
+    for (int k = 0; k * kLanes < count; ++k) {
+      const int first = k * kLanes;
+      const Pack scale = all<Pack>(1.0) / square_root(load<Pack>(axes.length2 + first));
+      const Vector3Of<Pack> n = scale * axes.c[k];
+      store(n.x, nx + first), store(n.y, ny + first), store(n.z, nz + first);
+      Pack low_a, high_a, low_b, high_b;
+      find_extent(A, n, low_a, high_a), find_extent(B, n, low_b, high_b);
+      store(low_b - high_a, along[0] + first), store(low_a - high_b, along[1] + first);
+    }
+  }
+  TOUCHSTONE_INLINE Point normal(int k) const { return {nx[k], ny[k], nz[k]}; }
+
+ private:
+  TOUCHSTONE_INLINE static void find_extent(const PosedHull& hull, const Vector3Of<Pack>& n, Pack& low,
+                                            Pack& high) {
+    low = high = dot(n, broadcast<Pack>(hull.vertex(0)));
+    for (int i = 1; i < 8; ++i) {
+      const Pack height = dot(n, broadcast<Pack>(hull.vertex(i)));
+      low = least(height, low), high = greatest(height, high);
+    }
+  }
+};
+
+/// try_edges() of many pairs, in lanes, by the same operations.
+template <class Pack>
+[[gnu::noinline]] EdgeSearch try_edges_in_lanes(const PosedHull& A, const std::uint8_t (&edges_a)[8],
+                                                const PosedHull& B, const EdgeList& edges_b,
+                                                std::uint64_t near, const EdgeBounds& bounds,
+                                                HullAxis& best) {
+  while (near != 0) {
+    const EdgePairs pairs(near, edges_a, edges_b);
+    const EdgeAxes<Pack> axes(A, B, pairs, bounds);
+    if (!axes.any_in_question(best.separation)) continue;
+    // One after another: each is held against the best so far.
+    const EdgeSeparations<Pack> separations(A, B, axes, pairs.count);
+    for (unsigned rest = axes.crosses[0] | axes.crosses[1]; rest != 0; rest &= rest - 1) {
+      const int k = __builtin_ctz(rest);
+      for (int turned = 0; turned < 2; ++turned) {
+        if ((axes.crosses[turned] >> k & 1) == 0 || axes.exceeds(k, turned, best.separation)) continue;
+        if ((axes.are_short >> k & 1) != 0) return EdgeSearch::too_parallel;
+        const double separation = separations.along[turned][k];
+        if (!(separation > best.separation + bounds.tie)) continue;
+        best = {separation, (turned == 0 ? 1.0 : -1.0) * separations.normal(k)};
+        best.edge_a = byte_of(pairs.a, k), best.edge_b = byte_of(pairs.b, k);
+      }
+    }
+  }
+  return EdgeSearch::done;
+}
+
 /// @param in_question_a, in_question_b bits of edges
 template <class Pack>
 TOUCHSTONE_INLINE EdgeSearch search_edges(const PosedHull& A, unsigned in_question_a, const PosedHull& B,
                                           unsigned in_question_b, const Magnitudes& size, HullAxis& best) {
+  // Most hulls have one pair near or none, whose lanes would take longer; flush faces have eight.
+  constexpr int kFew = Traits<Pack>::lanes > 2 ? 2 : 64;
   const EdgeBounds bounds(size);
   const double separation2 = best.separation * best.separation;
   for (unsigned rest_b = in_question_b; rest_b != 0;) {
     const EdgeList list_b(rest_b);
-    const EdgeLanes<Pack> edges_b(B, list_b);
+    const EdgeLanes<Pack> edges_b(B, list_b.edges, list_b.count);
     for (unsigned rest_a = in_question_a; rest_a != 0;) {
       // Of eight edges of A, a byte each; few bits are left.
       std::uint64_t near = 0;
@@ -267,6 +402,11 @@ TOUCHSTONE_INLINE EdgeSearch search_edges(const PosedHull& A, unsigned in_questi
         edges_a[k] = static_cast<std::uint8_t>(__builtin_ctz(rest_a));
         const unsigned found = edges_near<Pack>(A, edges_a[k], edges_b, list_b.count, bounds, separation2);
         near |= std::uint64_t{found} << (8 * k);
+      }
+      if (__builtin_expect(__builtin_popcountll(near) > kFew, 0)) {
+        if (try_edges_in_lanes<Pack>(A, edges_a, B, list_b, near, bounds, best) == EdgeSearch::too_parallel)
+          return EdgeSearch::too_parallel;
+        continue;
       }
       for (; near != 0; near &= near - 1) {
         const int bit = __builtin_ctzll(near);

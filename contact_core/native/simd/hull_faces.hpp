@@ -30,7 +30,7 @@ struct PosedHull {
   const HullTopology* hull;
   const double* vertices;  // x of eight, y of eight, z of eight
   alignas(64) double nx[kMostFaces], ny[kMostFaces], nz[kMostFaces];
-  alignas(64) double height[kMostFaces] = {};
+  alignas(64) double height[kMostFaces];
 
   TOUCHSTONE_INLINE Point vertex(int i) const { return {vertices[i], vertices[8 + i], vertices[16 + i]}; }
   TOUCHSTONE_INLINE Point normal(int f) const { return {nx[f], ny[f], nz[f]}; }
@@ -260,12 +260,14 @@ TOUCHSTONE_INLINE void find_face_depths(const PosedHull& base, int count, const 
   constexpr int kLanes = Traits<Pack>::lanes;
   int first = 0;
   do {
-    Pack rows[kLanes] = {};
-    for (int f = first, l = 0; l < kLanes && f < count; ++f, ++l) {
-      const Projections<Pack> vertices(other.vertices, base.normal(f));
-      vertices.write(out.along[f]);
-      rows[l] = vertices.least_lanes();
-    }
+    Pack rows[kLanes];
+    int l = 0;
+    do {
+      const Projections<Pack> vertices(other.vertices, base.normal(first + l));
+      vertices.write(out.along[first + l]);
+      rows[l++] = vertices.least_lanes();
+    } while (l < kLanes && first + l < count);
+    while (l < kLanes) rows[l++] = rows[0];  // zeros would cost a `rep stos` by g++
     const Pack low = least_lanes(rows), separation = low - load<Pack>(base.height + first);
     store(low, out.low + first);
     store(select(lanes_below<Pack>(first, count), separation, all<Pack>(-__builtin_inf())),
