@@ -5,7 +5,7 @@ import sys
 from functools import cache
 
 from engine_protocol import AT_ONCE, UNSUPPORTED, half_sides, need, np, put, serve
-from mujoco_pair import contact, pair_model, placed
+from mujoco_pair import contact, mesh, pair_model, placed
 
 wp = need("warp", "warp-lang")
 PRIMITIVE, DETERMINISTIC = "--primitive" in sys.argv, "--deterministic" in sys.argv
@@ -13,58 +13,65 @@ OPTIONS = '<option><flag nativeccd="disable"/></option>' if PRIMITIVE else ""
 if DETERMINISTIC:
     wp.config.deterministic, wp.config.deterministic_max_records = wp.DeterministicMode.RUN_TO_RUN, 64
 warp_engine = need("mujoco_warp", "mujoco-warp")
-solids = []
+UNIT = np.array([[i >> 2 & 1, i >> 1 & 1, i & 1] for i in range(8)]) * 2.0 - 1
+solids, halves, mesh_of = [], [], {}  # halves: of boxes; mesh_of: the others that MuJoCo takes, by solid
 
 
-@cache
-def model_of(a, b):
-    """A model of one pair, or, of boxes (None), one for any: sizes and poses are written into it, a world a pair."""
-    unit = np.array([[i >> 2 & 1, i >> 1 & 1, i & 1] for i in range(8)]) * 2.0 - 1
-    model = pair_model(*(unit if solid is None else solids[solid] for solid in (a, b)), OPTIONS)
-    if model is None:
-        return None
-    on_device = warp_engine.put_model(model)
-    on_device.opt.broadphase_filter = 0  # the pair is asked about, whatever its bounds
-    return model, on_device, warp_engine.make_data(model, nworld=AT_ONCE if a is None else 1, nconmax=64, njmax=256)
+def meshes_of(hulls):
+    return "".join(mesh(f"of{solid}", solids[solid]) for solid in hulls)
 
 
 def build(corners):
-    solids[:] = corners
+    solids[:], halves[:] = corners, [half_sides(each) for each in corners]
+    hulls = [i for i, half in enumerate(halves) if half is None]
+    hulls = hulls if pair_model(UNIT, UNIT, "", meshes_of(hulls)) else [i for i in hulls if pair_model(solids[i], UNIT)]
+    mesh_of.clear()
+    mesh_of.update((solid, i) for i, solid in enumerate(hulls))
     model_of.cache_clear()
 
 
-def ask(key, head, pairs, slots):
-    """All `pairs` in one go, a world each, by the model of `key`. A contact that is apart is none."""
-    made = model_of(*key)
-    if made is None:
-        slots["status"] = UNSUPPORTED
-        return
-    model, on_device, data = made
+@cache
+def model_of(*are_boxes):
+    """A model of AT_ONCE worlds of a pair each, which has all meshes: sizes, meshes and poses are written into it."""
+    corners = (UNIT if is_box else solids[next(iter(mesh_of))] for is_box in are_boxes)
+    model = pair_model(*corners, OPTIONS, "" if all(are_boxes) else meshes_of(mesh_of))
+    on_device = warp_engine.put_model(model)
+    on_device.opt.broadphase_filter = 0  # the pair is asked about, whatever its bounds
+    return model, on_device, warp_engine.make_data(model, nworld=AT_ONCE, nconmax=64, njmax=256)
+
+
+def ask(are_boxes, head, pairs, slots):
+    """All `pairs` in one go, a world each. A contact that is apart is none."""
+    model, on_device, data = model_of(*are_boxes)
     p, R, sizes = np.zeros((data.nworld, 2, 3)), np.tile(np.eye(3), (data.nworld, 2, 1, 1)), np.ones((data.nworld, 2, 3))
+    meshes = np.tile(model.geom_dataid, (data.nworld, 1))
     for world, pair in enumerate(pairs):
         for geom, (solid, pose) in enumerate(((pair["a"], pair["X_WA"]), (pair["b"], pair["X_WB"]))):
-            p[world, geom], R[world, geom] = placed(model, geom, pose)
-            sizes[world, geom] = 1 if key[0] is not None else half_sides(solids[solid])
-    if key[0] is None:
-        on_device.geom_size = wp.array(sizes.astype(np.float32), dtype=wp.vec3)
+            sizes[world, geom] = 1 if halves[solid] is None else halves[solid]
+            meshes[world, geom] = mesh_of.get(solid, -1)
+            p[world, geom], R[world, geom] = placed(model, geom, pose, mesh_of.get(solid))
+    on_device.geom_size, on_device.geom_dataid = wp.array(sizes.astype(np.float32), dtype=wp.vec3), wp.array(meshes, dtype=int)
     data.geom_xpos, data.geom_xmat = wp.array(p.astype(np.float32), dtype=wp.vec3), wp.array(R.astype(np.float32), dtype=wp.mat33)
     warp_engine.collision(on_device, data)
     count = int(data.nacon.numpy()[0])
-    world, dist, pos, frame, geom = (getattr(data.contact, name).numpy()[:count] for name in ("worldid", "dist", "pos", "frame", "geom"))
-    for i, slot in enumerate(slots):
-        put(slot, [contact(*each) for each in zip(dist[world == i], pos[world == i], frame[world == i], geom[world == i])
-                   if not each[0] > 0], head)
+    found = {world: [] for world in range(len(pairs))}
+    for world, *each in zip(*(getattr(data.contact, name).numpy()[:count] for name in ("worldid", "dist", "pos", "frame", "geom"))):
+        if int(world) in found and not each[0] > 0:
+            found[int(world)].append(contact(*each))
+    for slot, points in zip(slots, found.values()):
+        put(slot, points, head)
 
 
 def answer(head, pairs, slots):
-    boxes = [half_sides(solids[pair["a"]]) is not None and half_sides(solids[pair["b"]]) is not None for pair in pairs]
-    keys = [(None, None) if box else (int(pair["a"]), int(pair["b"])) for box, pair in zip(boxes, pairs)]
-    for key in dict.fromkeys(keys):
-        those = [i for i, each in enumerate(keys) if each == key]
-        for at_once in [those] if key[0] is None else [[i] for i in those]:  # as many worlds as its model has
-            chosen = slots[at_once]
-            ask(key, head, pairs[at_once], chosen)
-            slots[at_once] = chosen
+    slots["status"] = UNSUPPORTED
+    both = [(int(pair["a"]), int(pair["b"])) for pair in pairs]
+    kinds = [tuple(halves[solid] is not None for solid in pair) if all(halves[solid] is not None or solid in mesh_of for solid in pair)
+             else None for pair in both]
+    for kind in dict.fromkeys(kind for kind in kinds if kind):
+        those = [i for i, each in enumerate(kinds) if each == kind]
+        chosen = slots[those]
+        ask(kind, head, pairs[those], chosen)
+        slots[those] = chosen
 
 
 if __name__ == "__main__":
