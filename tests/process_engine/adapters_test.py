@@ -2,6 +2,7 @@
 """The example adapters: their length, and what engine_protocol.put() makes of an engine's contacts."""
 import importlib
 import pathlib
+import re
 import sys
 import types
 import unittest
@@ -148,6 +149,80 @@ class Newton(unittest.TestCase):
         self.build(1, 1e200, 2)
         slots = self.distances((0, 1, 0, 5), (0, 2, 0, 5))
         self.assertEqual(slots["status"].tolist(), [protocol.FAILED, protocol.SEPARATED])
+
+
+class StandInMujoco:
+    """Balls of the meshes' first corners and of the boxes' first sides: what mujoco_warp_engine.py calls of mujoco. Meshes of more than 100 are
+    refused."""
+
+    class MjModel:
+        made = 0
+
+        @staticmethod
+        def from_xml_string(xml):
+            StandInMujoco.MjModel.made += 1
+            radii = [abs(float(corners.split()[0])) for corners in re.findall('<mesh[^>]* vertex="([^"]*)"', xml)]
+            if any(radius > 100 for radius in radii):
+                raise ValueError("too large")
+            n = len(radii)
+            meshes = [n - 1 if kind == "mesh" else -1 for kind in re.findall('<geom [^>]*type="(mesh|box)"', xml)]
+            unturned = np.array([[1.0, 0, 0, 0]])
+            return types.SimpleNamespace(radii=radii, geom_dataid=np.array(meshes), mesh_pos=np.zeros((n, 3)), mesh_quat=unturned.repeat(n, 0),
+                                         geom_pos=np.zeros((2, 3)), geom_quat=unturned.repeat(2, 0))
+
+    @staticmethod
+    def mju_quat2Mat(out, _):
+        out[:] = np.eye(3).ravel()
+
+
+class StandInMujocoWarp:
+    __version__ = "4.0.0"
+
+    @staticmethod
+    def put_model(model):
+        return types.SimpleNamespace(radii=model.radii, opt=types.SimpleNamespace())
+
+    @staticmethod
+    def make_data(model, nworld, nconmax, njmax):
+        return types.SimpleNamespace(nworld=nworld, contact=types.SimpleNamespace())
+
+    @staticmethod
+    def collision(model, data):
+        found = []
+        for world in range(data.nworld):
+            radii = [model.geom_size[world, geom, 0] if mesh < 0 else model.radii[mesh] for geom, mesh in enumerate(model.geom_dataid[world])]
+            apart = float(np.linalg.norm(data.geom_xpos[world, 1] - data.geom_xpos[world, 0]))
+            if apart <= sum(radii):
+                found.append((world, apart - sum(radii), np.zeros(3), np.eye(3), (0, 1)))
+        data.nacon = StandInArray(np.array([len(found)]))
+        for name, values in zip(("worldid", "dist", "pos", "frame", "geom"), zip(*found) if found else ((),) * 5):
+            setattr(data.contact, name, StandInArray(np.array(values)))
+
+
+class MujocoWarp(unittest.TestCase):
+    def setUp(self):
+        warp = types.SimpleNamespace(array=lambda values, dtype: values, vec3=None, mat33=None)
+        sys.modules.update(mujoco=StandInMujoco, warp=warp, mujoco_warp=StandInMujocoWarp)
+        self.addCleanup(lambda: [sys.modules.pop(name, None) for name in ("mujoco", "warp", "mujoco_warp", "mujoco_pair", "mujoco_warp_engine")])
+        self.engine = importlib.import_module("mujoco_warp_engine")
+
+    def test_each_pair_of_a_question_has_its_own_solids_in_one_model(self):
+        signs = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+        bent = signs + [[0, 0, 0.1 * (i == 7)] for i in range(8)]
+        self.engine.build(np.array([bent, signs * 2, bent * 4, bent * 8, bent * 200]))
+        asked = [(0, 2), (2, 0), (3, 0), (1, 1), (1, 3), (3, 1), (0, 4)]
+        pairs, head = np.zeros(len(asked), protocol.PAIR), np.zeros(1, protocol.HEAD)[0]
+        head["query"], head["max_points"] = protocol.MANIFOLD, 8
+        for pair, (a, b) in zip(pairs, asked):
+            pair["a"], pair["b"] = a, b
+            pair["X_WA"]["R"] = pair["X_WB"]["R"] = np.eye(3)
+            pair["X_WB"]["p"] = (5, 0, 0)
+        made, slots = StandInMujoco.MjModel.made, protocol.answers_for(head, len(asked))
+        self.engine.answer(head, pairs, slots)
+        self.assertEqual(slots["status"].tolist(), [1, 1, 1, protocol.SEPARATED, 1, 1, protocol.UNSUPPORTED])
+        self.assertEqual(slots["separation"][[0, 1, 2, 4, 5]].tolist(), [0, 0, -4, -5, -5])
+        self.engine.answer(head, pairs, slots)
+        self.assertEqual(StandInMujoco.MjModel.made - made, 4)  # of two meshes, two boxes, and one of either, both ways
 
 
 if __name__ == "__main__":
