@@ -7,6 +7,7 @@
 
 #include "touchstone/contact_core/input_error.hpp"
 #include "touchstone/examples/compare_backends/run/shards/shard_file.hpp"
+#include "touchstone/examples/measures/pairs/pair_families.hpp"
 #include "touchstone/examples/program/files/sha256.hpp"
 #include "touchstone/tests/support/program_test.hpp"
 
@@ -18,6 +19,7 @@ namespace fs = std::filesystem;
 namespace comparison = touchstone::comparison;
 using ::testing::HasSubstr;
 using Json = nlohmann::ordered_json;
+using touchstone::measures::PairSet;
 
 constexpr const char* kPairs = R"([
   {"id": "apart", "shapes": [{"type": "box", "size": [1, 1, 1]}, {"type": "box", "size": [1, 1, 1]}],
@@ -121,6 +123,39 @@ TEST_F(Shards, MergeInAnyOrderToTheBytesOfTheWholeRunButForTimes) {
   EXPECT_EQ(read(folder_ / "merged/answers.csv"), csv);
   EXPECT_THAT(Json::parse(read(folder_ / "merged/results.json")).at("pair_sets")[0]["backends"][0].dump(),
               HasSubstr("median_ns"));
+}
+
+void expect_the_shards_pairs(const PairSet& part, const PairSet& whole, comparison::Shard shard) {
+  EXPECT_EQ(part.name, whole.name);
+  EXPECT_EQ(part.description, whole.description);
+  EXPECT_EQ(part.poses.size(), part.solids.size());
+  ASSERT_EQ(part.pairs.size(), shard.cases_of(whole.pairs.size()));
+  ASSERT_EQ(part.ids.size(), part.pairs.size());
+  for (std::size_t i = 0; i < part.pairs.size(); ++i) {
+    const std::size_t at = shard.k - 1 + i * shard.n;
+    EXPECT_EQ(part.ids[i], case_id(whole, at));
+    const touchstone::measures::PosedPair mine = posed_pair(part, i), theirs = posed_pair(whole, at);
+    for (int v = 0; v < 8; ++v) {
+      EXPECT_EQ(mine.a.vertex(v), theirs.a.vertex(v));
+      EXPECT_EQ(mine.b.vertex(v), theirs.b.vertex(v));
+    }
+  }
+}
+
+double furthest(const PairSet& set) {
+  double out = 0.0;
+  for (const touchstone::Pose& pose : set.poses) out = std::max(out, touchstone::norm(pose.p));
+  return out;
+}
+
+TEST(ShardsPart, OfAFamilyHasTheSolidsOfItsPairsAndTheFurthestAlone) {
+  const PairSet family = touchstone::measures::make_pair_family("tapered", 7, 20);
+  for (const comparison::Shard shard : {comparison::Shard{1, 1}, {2, 3}, {20, 20}, {21, 30}}) {
+    const PairSet part = comparison::part_of_family("tapered", 7, 20, shard);
+    expect_the_shards_pairs(part, family, shard);
+    EXPECT_EQ(part.solids.size(), 2 * part.pairs.size() + 1);
+    EXPECT_EQ(furthest(part), furthest(family));
+  }
 }
 
 TEST_F(Shards, MoreShardsThanPairsAreAsGood) {

@@ -99,12 +99,20 @@ class Session {
 
   /// The shard of every set.
   void run_parts(const Report& report, const std::optional<PairFileCases>& cases, ShardWriter& out) {
-    for (const std::string& name : chosen_families())
-      run_part(make_pair_family(name, options_.seed, options_.pair_count()), nullptr, false, out);
-    if (report.corpus)
-      for (const CorpusSet& set : report.corpus->sets)
-        run_part(corpus_pairs(*report.corpus, set), nullptr, false, out);
-    if (cases) run_part(cases->set, cases->captured ? &*cases->captured : nullptr, true, out);
+    const Shard shard = *options_.shard;
+    for (const std::string& name : chosen_families()) {
+      const std::size_t count = options_.pair_count();
+      run_part(part_of_family(name, options_.seed, count, shard), count, nullptr, false, out);
+    }
+    if (report.corpus) {
+      for (const CorpusSet& set : report.corpus->sets) {
+        const PairSet whole = corpus_pairs(*report.corpus, set);
+        run_part(part_of(whole, shard), whole.pairs.size(), nullptr, false, out);
+      }
+    }
+    if (cases)
+      run_part(part_of(cases->set, shard), cases->set.pairs.size(),
+               cases->captured ? &*cases->captured : nullptr, true, out);
   }
 
   /// The distance query of the first family's pairs on one thread and more.
@@ -293,10 +301,11 @@ class Session {
     return result;
   }
 
-  /// A shard's part of a set. @param keeps_points what a pair file's answers show.
-  void run_part(const PairSet& whole, const BackendAnswers* captured, bool keeps_points, ShardWriter& out) {
+  /// @param set the shard's part. @param cases of the whole set. @param captured answers to the whole set.
+  /// @param keeps_points what a pair file's answers show.
+  void run_part(PairSet set, std::size_t cases, const BackendAnswers* captured, bool keeps_points,
+                ShardWriter& out) {
     const Shard shard = *options_.shard;
-    PairSet set = part_of(whole, shard);
     MeasureOptions measured = measure_options(options_);
     measured.check_consistency = true;
     measured.first_case = shard.k - 1;
@@ -311,7 +320,7 @@ class Session {
       if (keeps_points) continue;
       for (QueryAnswers& query : backend.queries) query.points.clear();
     }
-    out.add(whole.name, whole.pairs.size(), found);
+    out.add(set.name, cases, found);
     progress_.part_done();
   }
 

@@ -4,10 +4,13 @@
 #include <bit>
 #include <cmath>
 #include <iterator>
+#include <optional>
 #include <stdexcept>
 #include <string_view>
+#include <utility>
 
 #include "touchstone/examples/compare_backends/run/workers/job_io.hpp"
+#include "touchstone/examples/measures/pairs/pair_families.hpp"
 
 namespace touchstone::comparison {
 namespace {
@@ -30,6 +33,9 @@ void place(const std::vector<T>& part, std::size_t width, Shard shard, std::vect
     std::copy_n(part.begin() + static_cast<std::ptrdiff_t>(i * width), width,
                 all.begin() + static_cast<std::ptrdiff_t>((shard.k - 1 + i * shard.n) * width));
 }
+
+/// By the solids' origins, as check_consistency() moves a set.
+bool lies_nearer(const Pose& x, const Pose& y) { return norm(x.p) < norm(y.p); }
 
 QueryAnswers part_of(const QueryAnswers& answers, Shard shard) {
   QueryAnswers part;
@@ -188,6 +194,27 @@ PairSet part_of(const PairSet& set, Shard shard) {
   part.pairs = picked(set.pairs, 1, shard);
   part.ids.clear();
   for (std::size_t i = shard.k - 1; i < set.pairs.size(); i += shard.n) part.ids.push_back(case_id(set, i));
+  return part;
+}
+
+PairSet part_of_family(const std::string& name, std::uint64_t seed, std::size_t count, Shard shard) {
+  PairSet part = make_pair_family(name, seed, 0);
+  std::optional<std::pair<Hexahedron, Pose>> furthest;
+  for (std::size_t i = 0; i < count; ++i) {
+    const PairSet one = make_family_pair(name, seed, i);
+    for (std::size_t side = 0; side < 2; ++side)
+      if (!furthest || lies_nearer(furthest->second, one.poses[side]))
+        furthest.emplace(one.solids[side], one.poses[side]);
+    if (i % shard.n != shard.k - 1) continue;
+    const auto first = static_cast<SolidIndex>(part.solids.size());
+    part.solids.insert(part.solids.end(), one.solids.begin(), one.solids.end());
+    part.poses.insert(part.poses.end(), one.poses.begin(), one.poses.end());
+    part.pairs.push_back({first, first + 1});
+    part.ids.push_back(one.ids.front());
+  }
+  if (!furthest) return part;
+  part.solids.push_back(furthest->first);
+  part.poses.push_back(furthest->second);
   return part;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
@@ -17,8 +18,13 @@ struct SetAnswers {
   std::vector<std::vector<CaseErrors>> errors;  ///< one list a backend; empty without `exact`
 };
 
-/// The shard's pairs among all solids and poses of the set, under their ids.
+/// The shard's pairs among all solids and poses of the set, under their ids: a solid that a backend refuses
+/// is refused in every shard.
 PairSet part_of(const PairSet& set, Shard shard);
+/// The shard's part of a family's first `count` pairs: their solids, and the one that lies furthest out, by
+/// which the set's consistency is asked (check_consistency()). The others are drawn, and not kept. @throws as
+/// make_pair_family().
+PairSet part_of_family(const std::string& name, std::uint64_t seed, std::size_t count, Shard shard);
 /// The answers to the shard's pairs.
 BackendAnswers part_of(const BackendAnswers& answers, Shard shard);
 
