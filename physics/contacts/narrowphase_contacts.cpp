@@ -311,12 +311,13 @@ void NarrowphaseContacts::take_block() {
     // An evaluated pair gives its contacts; a fast, separated one may meet within the step.
     this->count(status_[i]);
     const bool is_fast = part_of(candidate.pair.a).is_fast || part_of(candidate.pair.b).is_fast;
+    bool is_by_poses = true;
     if (is_fast && status_[i] == PairStatus::separated && geometry_[i].separation > margin_)
       meet_on_path(candidate.pair, geometry_[i]);
     else
-      take(candidate.pair, status_[i], geometry_[i],
-           std::span(points_).subspan(i * kMaxManifoldPoints, kMaxManifoldPoints));
-    found_.push_back({candidate.pair, status_[i], first, contacts_.size() - first});
+      is_by_poses = take(candidate.pair, status_[i], geometry_[i],
+                         std::span(points_).subspan(i * kMaxManifoldPoints, kMaxManifoldPoints), poses_);
+    if (is_by_poses) found_.push_back({candidate.pair, status_[i], first, contacts_.size() - first});
     ++i;
   }
 }
@@ -326,15 +327,18 @@ void NarrowphaseContacts::count(PairStatus status) {
   failed_ += status == PairStatus::failed || status == PairStatus::unsupported ? 1 : 0;
 }
 
-void NarrowphaseContacts::take(const SolidPair& pair, PairStatus status, const PairGeometry& geometry,
-                               std::span<const ContactPoint> points) {
-  if (status == PairStatus::failed || status == PairStatus::unsupported) return;
-  if (!(geometry.separation <= margin_)) return;
+/// @param poses at which the points are. @return whether the poses alone decided
+bool NarrowphaseContacts::take(const SolidPair& pair, PairStatus status, const PairGeometry& geometry,
+                               std::span<const ContactPoint> points, std::span<const Pose> poses) {
+  if (status == PairStatus::failed || status == PairStatus::unsupported) return true;
+  if (!(geometry.separation <= margin_)) return true;
+  const std::size_t count = static_cast<std::size_t>(geometry.point_count);
+  if (touches_at_corner(pair, geometry.n_AB_W, points.first(count), poses)) return false;
   const Part &a = part_of(pair.a), &b = part_of(pair.b);
   const Surface surface = surfaces_.between(part_of_[pair.a], a.surface, part_of_[pair.b], b.surface);
   // All of a fast pair's points that the step may close: one alone would turn it.
   const double limit = a.is_fast || b.is_fast ? margin_ + (a.travel + b.travel) : margin_;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(geometry.point_count); ++i) {
+  for (std::size_t i = 0; i < count; ++i) {
     const ContactPoint& point = points[i];
     const Vector3& n = geometry.n_AB_W;
     if (!(point.separation <= limit)) continue;
@@ -344,6 +348,7 @@ void NarrowphaseContacts::take(const SolidPair& pair, PairStatus status, const P
                          radius_of(pair.b)});
     origins_.push_back({pair, status, point.separation});
   }
+  return true;
 }
 
 }  // namespace touchstone::physics

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -79,7 +80,9 @@ class NarrowphaseContacts {
   /// so that the step meets them in time. Such points lie further apart than the margin, and not along the
   /// normal. 0: where the world stands, no more. Omits contacts between sleeping bodies unless an awake body
   /// touches their group; then lists all of the group's. While the whole world is asleep, no pair is
-  /// evaluated.
+  /// evaluated. Omits contacts along an edge or at a corner of both solids alone, where they are free along a
+  /// face at right angles to the normal, or along two at right angles to each other, overlap there by no more
+  /// than a millionth of the smaller one's size, and do not close across it in the step.
   std::span<const Contact> find(const DynamicsWorld& world, double h = 0.0);
   /// The sources of the last find()'s contacts, one each.
   std::span<const ContactOrigin> origins() const { return shown_origins_; }
@@ -117,13 +120,20 @@ class NarrowphaseContacts {
     const Found* kept;
   };
 
+  /// Of both solids of a pair.
+  struct FreeFaces {
+    std::array<Vector3, 12> normals_W;
+    std::size_t count = 0;
+  };
+
   bool is_exempt(const SolidPair& pair) const;
   bool is_covered(SolidIndex solid, SolidIndex other, const Vector3& p_W, const Vector3& n_W) const;
   const Part& part_of(SolidIndex solid) const { return parts_[part_of_[solid]]; }
-  double radius_of(SolidIndex solid) const {
+  const Hexahedron& solid_of(SolidIndex solid) const {
     const Part& part = part_of(solid);
-    return part.tree->solids()[solid - part.first_solid].solid.radius();
+    return part.tree->solids()[solid - part.first_solid].solid;
   }
+  double radius_of(SolidIndex solid) const { return solid_of(solid).radius(); }
   bool move_parts(const DynamicsWorld& world);
   bool find_path_lengths(const DynamicsWorld& world, double h);
   double find_motion(const DynamicsWorld& world, double h, Part& part);
@@ -138,8 +148,13 @@ class NarrowphaseContacts {
   void sort_exempt();
   void sort_out(std::size_t count, std::size_t& last);
   void take_block();
-  void take(const SolidPair& pair, PairStatus status, const PairGeometry& geometry,
-            std::span<const ContactPoint> points);
+  bool take(const SolidPair& pair, PairStatus status, const PairGeometry& geometry,
+            std::span<const ContactPoint> points, std::span<const Pose> poses);
+  bool touches_at_corner(const SolidPair& pair, const Vector3& n_AB_W, std::span<const ContactPoint> points,
+                         std::span<const Pose> poses) const;
+  void find_free(SolidIndex solid, SolidIndex other, const Vector3& at_W, std::span<const Pose> poses,
+                 FreeFaces& free) const;
+  Vector3 velocity_at(SolidIndex solid, const Vector3& p_W) const;
   void count(PairStatus status);
   std::span<const Contact> show(const DynamicsWorld& world);
   void take_awake(const DynamicsWorld& world);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "touchstone/contact_core/geometry/matrix3.hpp"
 #include "touchstone/contact_core/registry.hpp"
 #ifdef TOUCHSTONE_HAS_BULLET
 #include "touchstone/adapters/bullet/bullet.hpp"
@@ -372,6 +373,64 @@ TEST(NarrowphaseContacts, SeamsBetweenHexahedraCostNoSpeed) {
   EXPECT_NEAR(world.state(slider).p_W.x(), 2.05, 1e-8);
   EXPECT_NEAR(world.velocity(slider).x(), 1.0, 1e-8);
   EXPECT_NEAR(world.state(slider).p_W.z(), 0.1, 1e-7);
+}
+
+/// Two cubes of 0.2 m, turned together about the vertical, B off A as given in their axes.
+struct CubePair {
+  HexahedronTree cube_tree = box_tree("cube", {0.2, 0.2, 0.2});
+  RigidBody cube{box_inertia(1.0, {0.2, 0.2, 0.2}), "cube"};
+  Matrix3 R_WC;
+  DynamicsWorld world;
+  Finder finder{1e-3};
+  std::uint32_t a, b;
+
+  CubePair(double yaw, const Vector3& gravity_W, const Vector3& off_C, const Vector3& v_C)
+      : R_WC(rotation_about({0, 0, 1}, yaw)), world({.gravity_W = gravity_W}) {
+    const auto add = [&](const Vector3& p_C, const Vector3& v) {
+      return world.add_body(
+          cube, cube.state(at(rotate(R_WC, p_C) + Vector3(0, 0, 0.1), R_WC), rotate(R_WC, v), kZero));
+    };
+    a = add(kZero, kZero), b = add(off_C, v_C);
+    for (const std::uint32_t body : {a, b}) finder.contacts->add(Mover::of_body(body), cube_tree, {0.5, 0.0});
+  }
+  void step(double h) {
+    ASSERT_EQ(world.step(h, finder.contacts->find(world, h)).failure, StepFailure::none);
+  }
+  /// Of B's middle from A's, in their axes at the start.
+  Vector3 off_C() const { return rotate_back(R_WC, world.state(b).p_W - world.state(a).p_W); }
+};
+
+TEST(NarrowphaseContacts, WhatFallsFlushAlongAnotherDoesNotCatchOnItsEdge) {
+  // It caught, and lay on its side at the end. On its way it is slow and fast, and stands on the edge at
+  // first.
+  const HexahedronTree ground = box_tree("ground", {20, 20, 1}, {0, 0, -0.5});
+  for (const double yaw : {0.0, 0.3, 0.7})
+    for (const double drop : {0.0, 0.1, 1.0}) {
+      CubePair pair(yaw, {0, 0, -9.81}, {0.2, 0, 0.2 + drop}, kZero);
+      pair.finder.contacts->add(Mover::ground(), ground, {0.5, 0.0});
+      pair.finder.contacts->build();
+      for (int i = 0; i < 240; ++i) pair.step(1.0 / 240.0);
+      // What falls beside it may push it by rounding and what solves leave.
+      EXPECT_LT(norm(pair.off_C() - Vector3(0.2, 0, 0)), 1e-6) << yaw << " " << drop;
+      EXPECT_LT(norm(pair.world.velocity(pair.b)), 1e-9) << yaw << " " << drop;
+    }
+}
+
+TEST(NarrowphaseContacts, EdgesThatMeetEdgesOnTheirWayBothWaysStopEachOther) {
+  // Edge to edge along the diagonal: passed by as if it were free across, B would be in A by up to a step's
+  // way.
+  for (const double yaw : {0.0, 0.3})
+    for (const double speed : {0.1, 30.0}) {
+      CubePair pair(yaw, kZero, {0.2 + 1e-4 * speed, 0, 0.2 + 1e-4 * speed}, {-speed, 0, -speed});
+      pair.finder.contacts->build();
+      double deepest = 0.0;
+      for (int i = 0; i < 30; ++i) {
+        pair.step(1e-3);
+        const Vector3 off_C = pair.off_C();
+        deepest = std::max(deepest, 0.2 - std::max(off_C.x(), off_C.z()));
+      }
+      EXPECT_LT(deepest, 1e-6) << yaw << " " << speed;
+    }
 }
 
 /// Ten cubes off each other's middle on a free slab that comes up to them: too large for the dense solver,

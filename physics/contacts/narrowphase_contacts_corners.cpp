@@ -1,0 +1,84 @@
+#include <algorithm>
+#include <cmath>
+
+#include "touchstone/contact_core/geometry/constants.hpp"
+#include "touchstone/contact_core/geometry/matrix3.hpp"
+#include "touchstone/physics/contacts/narrowphase_contacts.hpp"
+
+// Pairs that touch along an edge or at a corner of both alone, as cubes of two rows and columns of a wall do.
+
+namespace touchstone::physics {
+namespace {
+
+// Of the smaller solid's size: solids that overlap by no more than this along a direction touch there.
+constexpr double kNarrow = 0x1p-20;
+// Cosine of the angle between directions at right angles: what closes along one of them closes along the
+// other by a thousandth at most.
+constexpr double kAcross = 0x1p-10;
+
+/// Twice the area of the manifold's polygon, 0 of fewer than three points [m^2].
+double area_of(std::span<const ContactPoint> points) {
+  Vector3 area = Vector3::Zero();
+  for (std::size_t i = 2; i < points.size(); ++i)
+    area += cross(points[i - 1].p_A_W - points[0].p_A_W, points[i].p_A_W - points[0].p_A_W);
+  return norm(area);
+}
+
+}  // namespace
+
+/// Whether the pair is free along a direction at right angles to its normal, or along two at right angles to
+/// each other, between which the normal is chance: a face of one of them has all of the other one beyond it,
+/// and they do not close across it in the step. Neither direction needs the other then: on such an edge what
+/// slides down a wall would catch, and columns that touch would stand on each other.
+/// @param points of its manifold, at these poses
+bool NarrowphaseContacts::touches_at_corner(const SolidPair& pair, const Vector3& n_AB_W,
+                                            std::span<const ContactPoint> points,
+                                            std::span<const Pose> poses) const {
+  // No more than a face that touches: a polygon as long as the smaller solid, and that narrow.
+  const double size = std::min(solid_of(pair.a).size(), solid_of(pair.b).size());
+  if (points.empty() || area_of(points) > 2.0 * kNarrow * size * size) return false;
+  // Directions that are free.
+  FreeFaces free;
+  find_free(pair.a, pair.b, points[0].p_A_W, poses, free);
+  find_free(pair.b, pair.a, points[0].p_B_W, poses, free);
+  const std::span<const Vector3> normals = std::span(free.normals_W).first(free.count);
+  for (std::size_t i = 0; i < normals.size(); ++i) {
+    if (std::abs(dot(normals[i], n_AB_W)) <= kAcross) return true;
+    for (std::size_t j = 0; j < i; ++j)
+      if (std::abs(dot(normals[i], normals[j])) <= kAcross) return true;
+  }
+  return false;
+}
+
+/// Adds the faces of `solid` beyond which all of `other` is, and stays in the step. @param at_W of the touch,
+/// whose velocities count
+void NarrowphaseContacts::find_free(SolidIndex solid, SolidIndex other, const Vector3& at_W,
+                                    std::span<const Pose> poses, FreeFaces& free) const {
+  const Hexahedron &hexahedron = solid_of(solid), &its = solid_of(other);
+  const double room = kNarrow * std::min(hexahedron.size(), its.size());
+  // Round edges have normals of their own; a bent solid leaves its faces' planes.
+  if (hexahedron.is_rounded() || its.is_rounded() || hexahedron.out_of_plane() > room) return;
+  const Pose& X_WS = poses[solid];
+  const Pose X_SO = compose(inverse(X_WS), poses[other]);
+  const Vector3 middle_S = touchstone::transform(X_SO, its.bounding_sphere().centre);
+  const Vector3 v_W = velocity_at(other, at_W) - velocity_at(solid, at_W);
+  for (int f = 0; f < 6; ++f) {
+    // Most faces have the other's middle before them.
+    const Plane plane = hexahedron.face_plane(f);
+    if (!(plane.signed_distance(middle_S) > 0.0)) continue;
+    double distance = kInfinity;
+    for (const Vector3& vertex : its.vertices())
+      distance = std::min(distance, plane.signed_distance(touchstone::transform(X_SO, vertex)));
+    const Vector3 normal_W = rotate(X_WS.R, plane.normal);
+    const double closing = -dot(normal_W, v_W) * step_;
+    if (distance - std::max(closing, 0.0) >= -room) free.normals_W[free.count++] = normal_W;
+  }
+}
+
+/// Of a solid's point, as its mover goes in the step.
+Vector3 NarrowphaseContacts::velocity_at(SolidIndex solid, const Vector3& p_W) const {
+  const Part& part = part_of(solid);
+  return part.v_W + cross(part.w_W, p_W - part.p_W);
+}
+
+}  // namespace touchstone::physics
