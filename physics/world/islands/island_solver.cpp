@@ -27,6 +27,9 @@ constexpr double kShareOfGap = 0.1;
 constexpr double kShareOfSpeed = 1e-5;
 // Of ContactSolver's tolerance: to this the forces of a large island at rest are found anew.
 constexpr double kShareOfExact = 1e-3;
+// Of their tolerance, large islands that rest are solved to: from impulses that just hold they creep, their
+// points with them, and are solved in each of the steps that follow.
+constexpr double kShareOfRest = 0.1;
 // Rows of islands that ContactSolver is tried on at once: its linear systems grow with the third power, those
 // of ConvexContacts with the number of contacts, four times less at 48 rows.
 constexpr std::size_t kDirectRows = 32;
@@ -383,7 +386,9 @@ SolveReport IslandSolver::solve_dense(ContactRows& rows, WorkBudget* budget, boo
 SolveReport IslandSolver::solve_convex(const Island& island, bool is_refined, bool is_doubtful,
                                        ContactRows& rows, StepContext& step) {
   const double tolerance = tolerance_of(island, false, rows, step);
-  const double aim = is_refined ? kShareOfExact * step.settings.solver.tolerance : tolerance;
+  const double aim = is_refined        ? kShareOfExact * step.settings.solver.tolerance
+                     : step.is_resting ? kShareOfRest * tolerance
+                                       : tolerance;
   problem_.load_masses(islands_, island, rows);
   // Signs of a contradiction decide when the soft answer is tried.
   using Softness = ConvexContacts::Softness;

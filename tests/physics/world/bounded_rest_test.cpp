@@ -134,7 +134,7 @@ TEST(BoundedSteps, WhatTumblesToRestGainsNoEnergy) {
 }
 
 /// A wall of rows, each second one shifted by a share of a cube: at rest after 1.5 s, where it was.
-void expect_wall_rests(int rows, int columns, double shift) {
+void expect_wall_rests(int rows, int columns, double shift, double most_drift) {
   Cubes scene;
   scene.add_ground();
   std::vector<Vector3> places;
@@ -160,16 +160,16 @@ void expect_wall_rests(int rows, int columns, double shift) {
     drift = std::max(drift, norm(scene.world.pose(i + 1).p - places[i]));
   }
   EXPECT_LT(speed, 1e-7) << shift;
-  EXPECT_LT(drift, 1e-4) << shift;
+  EXPECT_LT(drift, most_drift) << shift;
   EXPECT_LT(scene.world.energy() - before, 1e-3) << shift;
 }
 
 TEST(BoundedSteps, AWallComesToRestWhereItStandsAtDisplayRate) {
   // 748 points, none held at first. With half of the work for them the wall crept by 0.5 mm.
-  expect_wall_rests(12, 6, 0.4);
-  // In columns that touch, 872 points. With half of the work these fell on each other by 0.4 mm at first, and
-  // the wall never rested.
-  expect_wall_rests(8, 8, 0.0);
+  expect_wall_rests(12, 6, 0.4, 1e-4);
+  // In columns that touch, 480 points. With the 392 along edges of cubes of two rows and columns these crept
+  // by 0.04 mm, and with half of the work as well fell on each other by 0.4 mm at first and never rested.
+  expect_wall_rests(8, 8, 0.0, 1e-6);
 }
 
 TEST(BoundedSteps, WhatRestsIsHeldToTheExactToleranceAndKeepsItsPoses) {
