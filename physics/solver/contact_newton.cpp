@@ -22,8 +22,7 @@ void ContactNewton::reserve(std::size_t rows) {
   reserve_written(before_, rows + 1);
   for (auto* vector : {&met_u_, &right_, &held_w_}) reserve_written(*vector, rows);
   reserve_written(A_, rows * rows, kDenseRows * kDenseRows);
-  const std::size_t most = std::min(rows, kDenseRows);
-  equations_.reserve(most, most / ContactProblem::kRowsARate);
+  equations_.reserve(rows, rows / ContactProblem::kRowsARate);
 }
 
 void ContactNewton::decide_contact(std::size_t contact, std::span<double> step) {

@@ -1,8 +1,8 @@
 #include "touchstone/physics/solver/contact_problem.hpp"
 
-#include "touchstone/physics/solver/contact_laws.hpp"
-
 #include <algorithm>
+
+#include "touchstone/physics/solver/contact_laws.hpp"
 
 namespace touchstone::physics {
 namespace {

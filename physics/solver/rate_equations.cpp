@@ -19,10 +19,10 @@ constexpr int kRefinements = 2;
 
 void RateEquations::reserve(std::size_t equations, std::size_t rates) {
   reserve_written(equations_, equations);
-  for (auto* vector : {&left_, &of_}) reserve_written(*vector, equations * rates);
+  for (auto* vector : {&left_, &of_}) reserve_written(*vector, equations * rates, kDenseRows * kDenseRows);
   for (auto* vector : {&y_, &missed_}) reserve_written(*vector, equations);
   for (auto* vector : {&start_, &w_}) reserve_written(*vector, rates);
-  reserve_written(A_, rates * rates);
+  reserve_written(A_, rates * rates, kDenseRows * kDenseRows);
   reserve_written(pivots_, rates);
 }
 

@@ -20,6 +20,7 @@ class RateEquations {
   struct Reach {
     std::size_t first, end;
   };
+  /// For as many: no allocation while there are no more.
   void reserve(std::size_t equations, std::size_t rates);
   /// No equations; w_0 = 0.
   void begin(std::size_t rates);

@@ -30,6 +30,7 @@ void ScaledProblem::reserve(std::size_t rows) {
     reserve_written(*vector, rows * rows / ContactProblem::kRowsARate,
                     kDenseRows * kDenseRows / ContactProblem::kRowsARate);
   reserve_written(rates_, rows / 3);
+  reserve_written(w_, rows / ContactProblem::kRowsARate);
 }
 
 void ScaledProblem::load(const ContactProblem& problem, std::span<const double> x, std::span<double> y) {
@@ -105,13 +106,13 @@ void ScaledProblem::load_rates() {
 }
 
 /// w += Y^T of an impulse.
-void ScaledProblem::add_to_rates(std::size_t row, double impulse) const {
+void ScaledProblem::add_to_rates(std::size_t row, double impulse) {
   const auto [first, end] = rates_[row / 3];
   subtract_multiple(&w_[first], Y(row) + first, -impulse, end - first);
 }
 
 /// w = Y^T y.
-void ScaledProblem::find_rates(std::span<const double> y) const {
+void ScaledProblem::find_rates(std::span<const double> y) {
   std::fill(w_.begin(), w_.end(), 0.0);
   for (std::size_t i = 0; i < y.size(); ++i)
     if (y[i] != 0.0) add_to_rates(i, y[i]);
@@ -127,7 +128,7 @@ double ScaledProblem::velocity(std::size_t row, std::span<const double> y) const
   return b_[row] + sum_of_products(&W_[row * y.size() + first], &y[first], end - first);
 }
 
-double ScaledProblem::residual(std::span<const double> y, std::span<double> u) const {
+double ScaledProblem::residual(std::span<const double> y, std::span<double> u) {
   const std::size_t n = y.size();
   if (is_by_rates()) {
     find_rates(y);
@@ -147,7 +148,7 @@ double ScaledProblem::residual(std::span<const double> y, std::span<double> u) c
   return worst;
 }
 
-void ScaledProblem::sweep(std::span<double> y) const {
+void ScaledProblem::sweep(std::span<double> y) {
   if (is_by_rates()) return sweep_by_rates(y);
   const std::size_t n = y.size();
   for (std::size_t c = 0; c < problem_.contacts; ++c) {
@@ -169,7 +170,7 @@ void ScaledProblem::sweep(std::span<double> y) const {
 }
 
 /// sweep(), the rates kept up to date.
-void ScaledProblem::sweep_by_rates(std::span<double> y) const {
+void ScaledProblem::sweep_by_rates(std::span<double> y) {
   find_rates(y);
   for (std::size_t c = 0; c < problem_.contacts; ++c) {
     const std::size_t i = 3 * c;

@@ -49,10 +49,10 @@ class ScaledProblem {
 
   bool is_by_rates() const { return problem_.rates > 0; }
   /// The natural map's residual in the problem's own units; u out: velocities, scaled.
-  double residual(std::span<const double> y, std::span<double> u) const;
+  double residual(std::span<const double> y, std::span<double> u);
   /// One block after the other, the others held: the normal to its solution, the tangents by one projected
   /// step as long as their own block's largest eigenvalue allows.
-  void sweep(std::span<double> y) const;
+  void sweep(std::span<double> y);
   /// Multiplications of a residual, or of a sweep.
   double work() const { return work_; }
   /// Below this a residual at y is rounding, in the problem's own units.
@@ -63,9 +63,9 @@ class ScaledProblem {
   void load_couplings();
   double velocity(std::size_t row, std::span<const double> y) const;
   double velocity_by_rates(std::size_t row) const;
-  void add_to_rates(std::size_t row, double impulse) const;
-  void find_rates(std::span<const double> y) const;
-  void sweep_by_rates(std::span<double> y) const;
+  void add_to_rates(std::size_t row, double impulse);
+  void find_rates(std::span<const double> y);
+  void sweep_by_rates(std::span<double> y);
 
   ContactProblem problem_;
   ScaledContacts view_;
@@ -73,8 +73,8 @@ class ScaledProblem {
   std::vector<ContactProblem::Bounds> bounds_;
   std::vector<Columns> columns_;
   std::vector<double> J_, Y_;
-  std::vector<Columns> rates_;     // by contact
-  mutable std::vector<double> w_;  // scratch, by rate
+  std::vector<Columns> rates_;  // by contact
+  std::vector<double> w_;       // scratch, by rate
   double work_ = 0.0;
 };
 
