@@ -501,12 +501,14 @@ bool IslandSolver::is_squeezed(const Island& island, const ContactRows& rows, co
     n_W = is_a ? contact.n_W : -contact.n_W;
     return is_a || is_b;
   };
+  // What an impact stopped presses on, whichever way its velocity is rounded.
+  const double still = step.settings.solver.tolerance;
   bool is_pressed = false;
   Vector3 n_W, sum_W = Vector3::Zero();
   for (const std::size_t block : blocks) {
     if (!outward(block, n_W)) continue;
     sum_W += n_W;
-    is_pressed = is_pressed || (rows.commanded[block] < 0.0 && rows.b[3 * block] < 0.0);
+    is_pressed = is_pressed || (rows.commanded[block] < 0.0 && rows.b[3 * block] <= still);
   }
   if (!is_pressed) return false;
   return std::any_of(blocks.begin(), blocks.end(), [&](std::size_t block) {
