@@ -152,7 +152,6 @@ TEST(ContactSolver, WithinAWorkBudgetItGivesUpWhereNothingBetterIsFound) {
   EXPECT_LT(steps, 12 * unsolved);  // all 15 each, if it did not
 }
 
-// What moves needs no last digits: a step less, for a residual within the tolerance all the same.
 /// Of a few bodies W's parts are to give what W does, with as many Newton steps.
 TEST(ContactSolver, InPartsAsByW) {
   std::mt19937_64 random(2911);
@@ -183,6 +182,7 @@ TEST(ContactSolver, InPartsAsByW) {
   EXPECT_NEAR(steps[1], steps[0], 0.02 * steps[0]);
 }
 
+/// What moves needs no last digits: a step less, for a residual within the tolerance all the same.
 TEST(ContactSolver, AGoodSolutionIsImprovedWhereAskedFor) {
   std::mt19937_64 random(1612);
   ContactSolver solver;
