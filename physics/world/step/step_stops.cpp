@@ -14,6 +14,9 @@ constexpr double kWhole = 1.0 - 1e-6;
 // Of the contact gap, the shortest distance there is: a place that is off by no more than this share is
 // right.
 constexpr double kMostMissed = 1e-3;
+// The same where a step's work is bounded: what residuals there may move things by in a step. The stops of
+// what turns as it slides come half as near with each try, and each try is a whole solve.
+constexpr double kMostMissedBounded = 0.1;
 // All but a first aim goes beyond the stop, by this share of the correction at most, so that the stop is
 // within the piece.
 constexpr double kBeyond = 1e-3;
@@ -136,6 +139,8 @@ bool seek_stop(const TriedPiece& piece, const Stop& stop, double left, double& t
   const double left_open =
       piece.residual > speed_at_rest(piece) ? std::min(piece.residual * piece.t, gap) : 0.0;
   const double most = std::max(kMostMissed * gap, left_open);
+  const bool is_bounded = piece.settings.accuracy == DynamicsWorld::Accuracy::bounded;
+  const double enough = is_bounded ? std::max(most, kMostMissedBounded * gap) : most;
   const bool is_probe = search.is_probe, is_aimed = search.is_aimed;
   const auto aim = [&](const Stop& at) {
     --search.tries;
@@ -146,7 +151,7 @@ bool seek_stop(const TriedPiece& piece, const Stop& stop, double left, double& t
     return true;
   };
   search.is_probe = false;
-  if (stop.is_any) return stop.missed > most && stop.when < kWhole * t && aim(stop);
+  if (stop.is_any) return stop.missed > enough && stop.when < kWhole * t && aim(stop);
   if (!is_probe && !is_aimed) return false;
   const Stop coming = coming_stop(piece, left);
   if (coming.is_any && (is_probe || coming.when <= kNear * t)) return aim(coming);
