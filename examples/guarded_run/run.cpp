@@ -170,6 +170,7 @@ class Flight {
     if (!judge_ || judged_ != run_.simulation().worlds()) {
       judge_ = std::make_unique<NarrowphaseContacts>(registry_->make_broadphase("native"),
                                                      registry_->make_narrowphase(out_.judge), 1e-4);
+      judge_->keep_edges();
       run_.simulation().fill(*judge_);
       judged_ = run_.simulation().worlds();
     }

@@ -57,6 +57,11 @@ void NarrowphaseContacts::set_surfaces(const SurfacePairs& pairs) {
   was_found_ = false;
 }
 
+void NarrowphaseContacts::keep_edges() {
+  keeps_edges_ = true;
+  was_found_ = false;
+}
+
 void NarrowphaseContacts::exempt(const Mover& a, const Mover& b) { exempt_.emplace_back(a, b); }
 
 void NarrowphaseContacts::exempt_parts(std::uint32_t a, std::uint32_t b) {
@@ -245,7 +250,7 @@ std::span<const Contact> NarrowphaseContacts::find(const DynamicsWorld& world, d
   // Contacts of a deterministic narrowphase stay valid while nothing has moved.
   if (!narrowphase_->capabilities().deterministic) was_found_ = false;
   const bool any_moved = move_parts(world), any_fast = find_path_lengths(world, h);
-  if (!any_moved && !any_fast) return show(world);
+  if (!any_moved && !any_fast && by_velocities_ == 0) return show(world);
   // The last results are kept aside, for pairs that have not moved.
   step_ = h;
   contacts_.swap(last_contacts_);
@@ -255,6 +260,7 @@ std::span<const Contact> NarrowphaseContacts::find(const DynamicsWorld& world, d
   contacts_.clear();
   origins_.clear();
   found_.clear();
+  by_velocities_ = 0;
   undecided_ = failed_ = 0;
   // The broadphase's pairs are evaluated block by block.
   place_in_broadphase(any_fast);
@@ -317,7 +323,10 @@ void NarrowphaseContacts::take_block() {
     else
       is_by_poses = take(candidate.pair, status_[i], geometry_[i],
                          std::span(points_).subspan(i * kMaxManifoldPoints, kMaxManifoldPoints), poses_);
-    if (is_by_poses) found_.push_back({candidate.pair, status_[i], first, contacts_.size() - first});
+    if (is_by_poses)
+      found_.push_back({candidate.pair, status_[i], first, contacts_.size() - first});
+    else
+      ++by_velocities_;
     ++i;
   }
 }
@@ -333,7 +342,9 @@ bool NarrowphaseContacts::take(const SolidPair& pair, PairStatus status, const P
   if (status == PairStatus::failed || status == PairStatus::unsupported) return true;
   if (!(geometry.separation <= margin_)) return true;
   const std::size_t count = static_cast<std::size_t>(geometry.point_count);
-  if (touches_at_corner(pair, geometry.n_AB_W, points.first(count), poses)) return false;
+  const CornerTouch corner =
+      keeps_edges_ ? CornerTouch::none : corner_touch(pair, geometry.n_AB_W, points.first(count), poses);
+  if (corner == CornerTouch::passes) return false;
   const Part &a = part_of(pair.a), &b = part_of(pair.b);
   const Surface surface = surfaces_.between(part_of_[pair.a], a.surface, part_of_[pair.b], b.surface);
   // All of a fast pair's points that the step may close: one alone would turn it.
@@ -348,7 +359,7 @@ bool NarrowphaseContacts::take(const SolidPair& pair, PairStatus status, const P
                          radius_of(pair.b)});
     origins_.push_back({pair, status, point.separation});
   }
-  return true;
+  return corner == CornerTouch::none;
 }
 
 }  // namespace touchstone::physics

@@ -48,6 +48,9 @@ class NarrowphaseContacts {
   void exempt_solids(SolidIndex a, SolidIndex b);
   /// Memory for this many pairs of exempt_solids().
   void reserve_exempt_solids(std::size_t pairs) { exempt_solids_.reserve(pairs); }
+  /// find() omits no contacts along edges and at corners, for later calls: where they are judged, or where
+  /// something other than these contacts keeps solids apart.
+  void keep_edges();
   /// Takes up what was added. @throws InputError: nothing added, no manifolds, what the backends refuse.
   void build();
   /// Reserves memory for this many contacts at a time and pairs of solids; build() reserves some.
@@ -82,7 +85,7 @@ class NarrowphaseContacts {
   /// touches their group; then lists all of the group's. While the whole world is asleep, no pair is
   /// evaluated. Omits contacts along an edge or at a corner of both solids alone, where they are free along a
   /// face at right angles to the normal, or along two at right angles to each other, overlap there by no more
-  /// than a millionth of the smaller one's size, and do not close across it in the step.
+  /// than a millionth of the smaller one's size, and do not close across it in the step; keep_edges().
   std::span<const Contact> find(const DynamicsWorld& world, double h = 0.0);
   /// The sources of the last find()'s contacts, one each.
   std::span<const ContactOrigin> origins() const { return shown_origins_; }
@@ -120,11 +123,18 @@ class NarrowphaseContacts {
     const Found* kept;
   };
 
-  /// Of both solids of a pair.
+  /// Of both solids of a pair: those that are free where they stand, and of these the ones that stay free.
   struct FreeFaces {
-    std::array<Vector3, 12> normals_W;
+    struct Face {
+      Vector3 normal_W;
+      bool stays;
+    };
+    std::array<Face, 12> faces;
     std::size_t count = 0;
   };
+  /// How a pair touches: otherwise than along an edge or at a corner alone, or there, where it passes or
+  /// closes.
+  enum class CornerTouch : std::uint8_t { none, passes, closes };
 
   bool is_exempt(const SolidPair& pair) const;
   bool is_covered(SolidIndex solid, SolidIndex other, const Vector3& p_W, const Vector3& n_W) const;
@@ -150,8 +160,8 @@ class NarrowphaseContacts {
   void take_block();
   bool take(const SolidPair& pair, PairStatus status, const PairGeometry& geometry,
             std::span<const ContactPoint> points, std::span<const Pose> poses);
-  bool touches_at_corner(const SolidPair& pair, const Vector3& n_AB_W, std::span<const ContactPoint> points,
-                         std::span<const Pose> poses) const;
+  CornerTouch corner_touch(const SolidPair& pair, const Vector3& n_AB_W, std::span<const ContactPoint> points,
+                           std::span<const Pose> poses) const;
   void find_free(SolidIndex solid, SolidIndex other, const Vector3& at_W, std::span<const Pose> poses,
                  FreeFaces& free) const;
   Vector3 velocity_at(SolidIndex solid, const Vector3& p_W) const;
@@ -170,6 +180,7 @@ class NarrowphaseContacts {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> exempt_parts_;  // a < b; ascending once built
   std::vector<SolidPair> exempt_solids_;                               // the same
   std::vector<Pose> poses_;
+  bool keeps_edges_ = false;
   bool was_found_ = false;            // since build()
   bool is_warm_ = false;              // the broadphase has seen poses and paths
   double step_ = 0.0, fall_ = 0.0;    // of this find(); the travel that gravity may add in it
@@ -192,6 +203,7 @@ class NarrowphaseContacts {
   std::vector<std::uint8_t> is_touched_;  // by the first of those that sleep together
   std::span<const ContactOrigin> shown_origins_;
   std::vector<Found> found_, last_found_;
+  std::size_t by_velocities_ = 0;  // pairs of the last find() that are looked at anew though nothing moved
   std::uint32_t undecided_ = 0, failed_ = 0;
 };
 

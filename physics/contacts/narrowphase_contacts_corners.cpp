@@ -27,31 +27,39 @@ double area_of(std::span<const ContactPoint> points) {
 }  // namespace
 
 /// Whether the pair is free along a direction at right angles to its normal, or along two at right angles to
-/// each other, between which the normal is chance: a face of one of them has all of the other one beyond it,
-/// and they do not close across it in the step. Neither direction needs the other then: on such an edge what
-/// slides down a wall would catch, and columns that touch would stand on each other.
+/// each other, between which the normal is chance: a face of one of them has all of the other one beyond it.
+/// It passes where they do not close across such faces in the step. Neither direction needs the other then:
+/// on such an edge what slides down a wall would catch, and columns that touch would stand on each other.
 /// @param points of its manifold, at these poses
-bool NarrowphaseContacts::touches_at_corner(const SolidPair& pair, const Vector3& n_AB_W,
-                                            std::span<const ContactPoint> points,
-                                            std::span<const Pose> poses) const {
+NarrowphaseContacts::CornerTouch NarrowphaseContacts::corner_touch(const SolidPair& pair,
+                                                                   const Vector3& n_AB_W,
+                                                                   std::span<const ContactPoint> points,
+                                                                   std::span<const Pose> poses) const {
   // No more than a face that touches: a polygon as long as the smaller solid, and that narrow.
   const double size = std::min(solid_of(pair.a).size(), solid_of(pair.b).size());
-  if (points.empty() || area_of(points) > 2.0 * kNarrow * size * size) return false;
+  if (points.empty() || area_of(points) > 2.0 * kNarrow * size * size) return CornerTouch::none;
   // Directions that are free.
   FreeFaces free;
   find_free(pair.a, pair.b, points[0].p_A_W, poses, free);
   find_free(pair.b, pair.a, points[0].p_B_W, poses, free);
-  const std::span<const Vector3> normals = std::span(free.normals_W).first(free.count);
-  for (std::size_t i = 0; i < normals.size(); ++i) {
-    if (std::abs(dot(normals[i], n_AB_W)) <= kAcross) return true;
-    for (std::size_t j = 0; j < i; ++j)
-      if (std::abs(dot(normals[i], normals[j])) <= kAcross) return true;
+  // It closes unless a direction, or two, stay free.
+  CornerTouch touch = CornerTouch::none;
+  const std::span<const FreeFaces::Face> faces = std::span(free.faces).first(free.count);
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    bool is_free = std::abs(dot(faces[i].normal_W, n_AB_W)) <= kAcross, stays = is_free && faces[i].stays;
+    for (std::size_t j = 0; j < i; ++j) {
+      if (std::abs(dot(faces[i].normal_W, faces[j].normal_W)) > kAcross) continue;
+      is_free = true;
+      stays = stays || (faces[i].stays && faces[j].stays);
+    }
+    if (stays) return CornerTouch::passes;
+    if (is_free) touch = CornerTouch::closes;
   }
-  return false;
+  return touch;
 }
 
-/// Adds the faces of `solid` beyond which all of `other` is, and stays in the step. @param at_W of the touch,
-/// whose velocities count
+/// Adds the faces of `solid` beyond which all of `other` is, and says whether it stays there in the step.
+/// @param at_W of the touch, whose velocities count
 void NarrowphaseContacts::find_free(SolidIndex solid, SolidIndex other, const Vector3& at_W,
                                     std::span<const Pose> poses, FreeFaces& free) const {
   const Hexahedron &hexahedron = solid_of(solid), &its = solid_of(other);
@@ -69,9 +77,10 @@ void NarrowphaseContacts::find_free(SolidIndex solid, SolidIndex other, const Ve
     double distance = kInfinity;
     for (const Vector3& vertex : its.vertices())
       distance = std::min(distance, plane.signed_distance(touchstone::transform(X_SO, vertex)));
+    if (!(distance >= -room)) continue;
     const Vector3 normal_W = rotate(X_WS.R, plane.normal);
     const double closing = -dot(normal_W, v_W) * step_;
-    if (distance - std::max(closing, 0.0) >= -room) free.normals_W[free.count++] = normal_W;
+    free.faces[free.count++] = {normal_W, distance - std::max(closing, 0.0) >= -room};
   }
 }
 

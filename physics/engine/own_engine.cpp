@@ -108,6 +108,7 @@ class OwnEngine final : public DynamicsEngine {
     if (judged_world_ != simulation_.worlds()) {
       judge_ = std::make_unique<NarrowphaseContacts>(backends_->make_broadphase("native"), make_native(),
                                                      scene().contact_margin);
+      judge_->keep_edges();
       simulation_.fill(*judge_);
       judged_world_ = simulation_.worlds();
     }

@@ -62,11 +62,13 @@ GuardedSimulation::GuardedSimulation(const DynamicScene& scene, const GuardSetti
       simulation_(scene,
                   [&] {
                     set_policies();
-                    return std::make_unique<NarrowphaseContacts>(
+                    auto found = std::make_unique<NarrowphaseContacts>(
                         make_broadphase_(),
                         std::make_unique<GapNarrowphase>(contacts ? contacts() : make_proof_(), settings_.gap,
                                                          pushed_),
                         scene_->contact_margin + settings_.gap);
+                    found->keep_edges();  // the proof stops what would pass there
+                    return found;
                   }),
       world_(make_proof_(), make_broadphase_(), settings_.gap),
       impulses_(simulation_),
@@ -249,6 +251,7 @@ void GuardedSimulation::fill_touching() {
   touching_ = std::make_unique<NarrowphaseContacts>(
       make_broadphase_(), std::make_unique<GapNarrowphase>(make_proof_(), settings_.gap, sliding_),
       settings_.gap);
+  touching_->keep_edges();
   simulation_.fill(*touching_);
   touching_->reserve(SceneSimulation::kReservedContacts, kMostPairsListed);
   touching_->find(simulation_.world());
@@ -293,6 +296,7 @@ std::size_t GuardedSimulation::too_near(std::size_t object) const {
   NarrowphaseContacts near(make_broadphase_(),
                            std::make_unique<GapNarrowphase>(make_proof_(), 0.5 * settings_.gap, guarded_),
                            settings_.gap);
+  near.keep_edges();
   simulation_.fill(near);
   near.find(simulation_.world());
   for (const ContactOrigin& origin : near.origins()) {

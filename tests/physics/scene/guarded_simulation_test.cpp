@@ -514,6 +514,9 @@ TEST(GuardedSimulation, BodiesComeAndGoWhereThereIsRoom) {
   // Not into what is there, nor nearer than half of the gap; all goes on as before.
   for (const double height : {0.25, run.shown_pose(1).p.z() + 0.2 + 0.4 * kGap})
     EXPECT_THROW(run.add(2, at({0, 0, height}), kZero, kZero), InputError) << height;
+  // Nor edge on edge, or corner on corner.
+  for (const double y : {0.0, 0.2})
+    EXPECT_THROW(run.add(2, at(run.shown_pose(1).p + Vector3(0.2, y, 0.2)), kZero, kZero), InputError) << y;
   EXPECT_FALSE(run.simulation().has(2));
   go(10);
   EXPECT_EQ(run.shown_pose(2).p.z(), 3.0);
@@ -529,6 +532,30 @@ TEST(GuardedSimulation, BodiesComeAndGoWhereThereIsRoom) {
   run.remove(1);
   go(300);
   EXPECT_NEAR(shown_separation(scene, run, 0, 2), kGap, 2e-9);
+}
+
+TEST(GuardedSimulation, WhatStandsOverASlotOfItsWidthGathersNoMomentum) {
+  // On an edge at either side, which the proof lets nothing pass.
+  const Vector3 size(0.2, 0.2, 0.2);
+  for (const GuardPolicy policy : {GuardPolicy::push, GuardPolicy::slide})
+    for (const double drop : {1e-6, 1e-4, 1e-2}) {
+      DynamicScene scene = empty_scene(1.0);
+      scene.gravity_W = {0, 0, -10};
+      for (const double side : {-1.0, 1.0})
+        add(scene, box(side < 0.0 ? "left" : "right", size, at({0.2 * side, 0, 0.1})), {});
+      add(scene, box("falls", size, at({0, 0, 0.3 + drop})), free_body(3, size));
+      GuardSettings settings;
+      settings.policy = policy;
+      GuardedSimulation run = guarded(scene, settings);
+      double fastest = 0.0;
+      for (int i = 0; i < 500; ++i) {
+        ASSERT_EQ(run.step().dynamics.failure, StepFailure::none);
+        for (const std::size_t wall : {0U, 1U}) ASSERT_GE(shown_separation(scene, run, wall, 2), kLeast);
+        if (i > 100) fastest = std::max(fastest, norm(*run.simulation().velocity(2)));
+      }
+      EXPECT_LT(fastest, 1.5 * 10 * scene.step) << static_cast<int>(policy) << " " << drop;
+      EXPECT_NEAR(run.shown_pose(2).p.z(), 0.3, 2e-6) << static_cast<int>(policy) << " " << drop;
+    }
 }
 
 TEST(GuardedSimulation, RefusesWhatItCannotGuard) {

@@ -433,6 +433,21 @@ TEST(NarrowphaseContacts, EdgesThatMeetEdgesOnTheirWayBothWaysStopEachOther) {
     }
 }
 
+TEST(NarrowphaseContacts, EdgesAreLookedAtAnewWhenTheyBeginToCloseAndWhenTheyStop) {
+  // No pose changes, and none of the speeds is fast.
+  CubePair pair(0.0, kZero, {0.2, 0, 0.2}, kZero);
+  pair.finder.contacts->build();
+  for (const double speed : {0.0, 0.1, 0.0, 0.1}) {
+    pair.world.set_state(pair.b, pair.cube.state(at({0.2, 0, 0.3}), {-speed, 0, -speed}, kZero));
+    for (int again = 0; again < 2; ++again)
+      EXPECT_EQ(pair.finder.contacts->find(pair.world, 1e-3).empty(), speed == 0.0) << speed;
+  }
+  // Where they are judged they are there at any rate.
+  pair.finder.contacts->keep_edges();
+  pair.world.set_state(pair.b, pair.cube.state(at({0.2, 0, 0.3}), kZero, kZero));
+  EXPECT_FALSE(pair.finder.contacts->find(pair.world, 1e-3).empty());
+}
+
 /// Ten cubes off each other's middle on a free slab that comes up to them: too large for the dense solver,
 /// and it slides at every level.
 struct LeaningStack {
