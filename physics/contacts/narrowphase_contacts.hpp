@@ -85,7 +85,8 @@ class NarrowphaseContacts {
   /// touches their group; then lists all of the group's. While the whole world is asleep, no pair is
   /// evaluated. Omits contacts along an edge or at a corner of both solids alone, where they are free along a
   /// face at right angles to the normal, or along two at right angles to each other, overlap there by no more
-  /// than a millionth of the smaller one's size, and do not close across it in the step; keep_edges().
+  /// than a millionth of the smaller one's size, and do not close across it in the step by their velocities
+  /// as it begins; keep_edges().
   std::span<const Contact> find(const DynamicsWorld& world, double h = 0.0);
   /// The sources of the last find()'s contacts, one each.
   std::span<const ContactOrigin> origins() const { return shown_origins_; }
@@ -162,8 +163,7 @@ class NarrowphaseContacts {
             std::span<const ContactPoint> points, std::span<const Pose> poses);
   CornerTouch corner_touch(const SolidPair& pair, const Vector3& n_AB_W, std::span<const ContactPoint> points,
                            std::span<const Pose> poses) const;
-  void find_free(SolidIndex solid, SolidIndex other, const Vector3& at_W, std::span<const Pose> poses,
-                 FreeFaces& free) const;
+  void find_free(SolidIndex solid, SolidIndex other, std::span<const Pose> poses, FreeFaces& free) const;
   Vector3 velocity_at(SolidIndex solid, const Vector3& p_W) const;
   void count(PairStatus status);
   std::span<const Contact> show(const DynamicsWorld& world);

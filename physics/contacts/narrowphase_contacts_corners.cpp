@@ -40,8 +40,8 @@ NarrowphaseContacts::CornerTouch NarrowphaseContacts::corner_touch(const SolidPa
   if (points.empty() || area_of(points) > 2.0 * kNarrow * size * size) return CornerTouch::none;
   // Directions that are free.
   FreeFaces free;
-  find_free(pair.a, pair.b, points[0].p_A_W, poses, free);
-  find_free(pair.b, pair.a, points[0].p_B_W, poses, free);
+  find_free(pair.a, pair.b, poses, free);
+  find_free(pair.b, pair.a, poses, free);
   // It closes unless a direction, or two, stay free.
   CornerTouch touch = CornerTouch::none;
   const std::span<const FreeFaces::Face> faces = std::span(free.faces).first(free.count);
@@ -58,10 +58,10 @@ NarrowphaseContacts::CornerTouch NarrowphaseContacts::corner_touch(const SolidPa
   return touch;
 }
 
-/// Adds the faces of `solid` beyond which all of `other` is, and says whether it stays there in the step.
-/// @param at_W of the touch, whose velocities count
-void NarrowphaseContacts::find_free(SolidIndex solid, SolidIndex other, const Vector3& at_W,
-                                    std::span<const Pose> poses, FreeFaces& free) const {
+/// Adds the faces of `solid` beyond which all of `other` is, and says whether all of its vertices stay there
+/// in the step.
+void NarrowphaseContacts::find_free(SolidIndex solid, SolidIndex other, std::span<const Pose> poses,
+                                    FreeFaces& free) const {
   const Hexahedron &hexahedron = solid_of(solid), &its = solid_of(other);
   const double room = kNarrow * std::min(hexahedron.size(), its.size());
   // Round edges have normals of their own; a bent solid leaves its faces' planes.
@@ -69,18 +69,21 @@ void NarrowphaseContacts::find_free(SolidIndex solid, SolidIndex other, const Ve
   const Pose& X_WS = poses[solid];
   const Pose X_SO = compose(inverse(X_WS), poses[other]);
   const Vector3 middle_S = touchstone::transform(X_SO, its.bounding_sphere().centre);
-  const Vector3 v_W = velocity_at(other, at_W) - velocity_at(solid, at_W);
   for (int f = 0; f < 6; ++f) {
     // Most faces have the other's middle before them.
     const Plane plane = hexahedron.face_plane(f);
     if (!(plane.signed_distance(middle_S) > 0.0)) continue;
-    double distance = kInfinity;
-    for (const Vector3& vertex : its.vertices())
-      distance = std::min(distance, plane.signed_distance(touchstone::transform(X_SO, vertex)));
-    if (!(distance >= -room)) continue;
     const Vector3 normal_W = rotate(X_WS.R, plane.normal);
-    const double closing = -dot(normal_W, v_W) * step_;
-    free.faces[free.count++] = {normal_W, distance - std::max(closing, 0.0) >= -room};
+    double now = kInfinity, then = kInfinity;
+    for (const Vector3& vertex : its.vertices()) {
+      const double distance = plane.signed_distance(touchstone::transform(X_SO, vertex));
+      now = std::min(now, distance);
+      if (!(now >= -room)) break;
+      const Vector3 p_W = touchstone::transform(poses[other], vertex);
+      const double opening = dot(normal_W, velocity_at(other, p_W) - velocity_at(solid, p_W)) * step_;
+      then = std::min(then, distance + std::min(opening, 0.0));
+    }
+    if (now >= -room) free.faces[free.count++] = {normal_W, then >= -room};
   }
 }
 

@@ -448,6 +448,18 @@ TEST(NarrowphaseContacts, EdgesAreLookedAtAnewWhenTheyBeginToCloseAndWhenTheySto
   EXPECT_FALSE(pair.finder.contacts->find(pair.world, 1e-3).empty());
 }
 
+TEST(NarrowphaseContacts, AnEdgeThatClosesAtOneEndAloneIsStoppedThere) {
+  // B comes down on A's edge and turns about the vertical: beside A at one end of the edge, over it at the
+  // other.
+  for (const double turning : {-5.0, 5.0, -50.0, 50.0}) {
+    CubePair pair(0.0, kZero, {0.2, 0, 0.2 + 1e-4}, kZero);
+    pair.world.set_state(pair.b,
+                         pair.cube.state(at({0.2, 0, 0.3 + 1e-4}), {0, 0, -1}, Vector3(0, 0, turning)));
+    pair.finder.contacts->build();
+    EXPECT_FALSE(pair.finder.contacts->find(pair.world, 1e-3).empty()) << turning;
+  }
+}
+
 /// Ten cubes off each other's middle on a free slab that comes up to them: too large for the dense solver,
 /// and it slides at every level.
 struct LeaningStack {
