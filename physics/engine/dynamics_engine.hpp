@@ -92,7 +92,9 @@ class DynamicsEngine {
   virtual bool locates_events() const { return false; }
   double time() const { return static_cast<double>(steps()) * scene().step; }
 
-  /// Takes the commands for this step: actions that are due, drives, kinematic bodies.
+  /// Takes the commands for this step: actions that are due, drives, kinematic bodies. An action of the scene
+  /// for which a program's commands left no place (a latch of what is carried, a release of what is not) is
+  /// not carried out: this step fails and names it, and so does every one until it has its place.
   virtual void begin_step() = 0;
   /// Finds contacts and moves everything by the scene's step. Timed inside, without what is only looked at.
   virtual EngineStep step() = 0;

@@ -178,6 +178,36 @@ std::size_t SceneEngine::carrier_of(std::size_t object) const {
   return kNoObject;
 }
 
+bool SceneEngine::is_carried(std::size_t body) const {
+  return std::any_of(held_.begin(), held_.end(), [&](const Held& each) { return each.carried == body; });
+}
+
+/// What a program has latched, released, brought in or taken out leaves no place for an action of the scene.
+/// @return the reason, or nothing
+std::string SceneEngine::why_not(const SceneAction& action) const {
+  using Kind = SceneAction::Kind;
+  const auto reason = [&](const char* call, std::size_t object, const char* why) {
+    return std::string(call) + ": " + object_name(scene(), object) + ": " + why;
+  };
+  if (action.kind == Kind::latch) {
+    const std::size_t carrier = bodies_.body_of(action.carrier), carried = bodies_.body_of(action.carried);
+    for (const std::size_t object : {action.carrier, action.carried})
+      if (!has(object)) return reason("latch", object, "is not in the world");
+    if (is_carried(carried)) return reason("latch", action.carried, "is carried already");
+    if (root_[carrier] == carried) return reason("latch", action.carried, "carries what is to carry it");
+  }
+  if (action.kind == Kind::release && !is_carried(bodies_.body_of(action.carried)))
+    return reason("release", action.carried, "is not carried");
+  if (action.kind == Kind::add || action.kind == Kind::remove) {
+    const std::size_t body = bodies_.body_of(action.carried);
+    const char* const call = action.kind == Kind::add ? "add" : "remove";
+    for (const Held& each : held_)
+      if (each.carrier == body || each.carried == body)
+        return reason(call, action.carried, "is carried, or carries another object");
+  }
+  return {};
+}
+
 void SceneEngine::begin_step() {
   const DynamicScene& scene = this->scene();
   refused_.clear();
@@ -185,10 +215,8 @@ void SceneEngine::begin_step() {
   for (; next_action_ < scene.actions.size(); ++next_action_) {
     const SceneAction& action = scene.actions[next_action_];
     if (static_cast<double>(steps_) < action.time / scene.step * (1.0 - 0x1p-40)) break;
-    if (action.kind == SceneAction::Kind::latch && !(has(action.carrier) && has(action.carried))) {
-      refused_ = "latch: one of the two objects is not in the world";
-      break;
-    }
+    refused_ = why_not(action);
+    if (!refused_.empty()) break;
     carry_out(action);
     any = true;
   }

@@ -130,6 +130,8 @@ class SceneEngine : public DynamicsEngine {
   void take_push(std::size_t object, const Vector3& force_W, const Vector3& p_W,
                  const Vector3& moment_W) final;
   void apply_pushes();
+  bool is_carried(std::size_t body) const;
+  std::string why_not(const SceneAction& action) const;
   void carry_out(const SceneAction& action);
   void hold(std::size_t carrier, std::size_t carried, std::span<const ExemptPair> allowed);
   void let_go(std::size_t carried);

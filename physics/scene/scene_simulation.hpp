@@ -87,10 +87,11 @@ class SceneSimulation {
   std::uint64_t steps() const { return steps_; }  ///< taken
   double time() const { return static_cast<double>(steps_) * scene_->step; }
 
-  /// Takes the commands for this step: actions that are due, drives, velocities of kinematic bodies. A latch
-  /// or release is not carried out where a body would have an invalid inertia to rounding (some 1e7 of
-  /// its sizes from end to end): advance() then fails with StepFailure::latch, and so does every step from
-  /// there on.
+  /// Takes the commands for this step: actions that are due, drives, velocities of kinematic bodies. An
+  /// action is not carried out where a body would have an invalid inertia to rounding (some 1e7 of its sizes
+  /// from end to end), nor where what a program did meanwhile leaves no place for it (a latch of what is
+  /// carried, a release of what is not, objects that come or go while they are latched): advance() then
+  /// fails with StepFailure::latch, and so does every step until the action has its place.
   void begin_step();
   std::span<const Contact> find_contacts();
   /// Over the contacts found. On failure nothing has moved and the time is as before; what begin_step()
@@ -196,6 +197,7 @@ class SceneSimulation {
   std::vector<std::size_t> find_clusters() const;
 
   // scene_simulation_latches.cpp
+  bool may_latch(std::size_t carrier, std::size_t carried) const;
   bool carry_out(const SceneAction& action, std::size_t latch);
   std::size_t option_of(const SceneAction& action) const;
   std::size_t first_option() const { return scene_->scene.latches.size() + scene_->actions.size(); }

@@ -61,13 +61,22 @@ void SceneSimulation::change_contacts() {
   ++worlds_;
 }
 
-/// Both refuse before they change anything. @return false where they do.
+/// Both are in the world, the one is not carried, nor would it come to carry itself.
+bool SceneSimulation::may_latch(std::size_t carrier, std::size_t carried) const {
+  if (pieces_[carrier].is_out || pieces_[carried].is_out) return false;
+  return pieces_[carried].carrier == kNoObject && !is_carried_by(carrier, carried);
+}
+
+/// Nothing changes before all that may refuse has been asked: a program may have latched, released, brought
+/// in or taken out meanwhile what the scene's action names. @return false where it is refused.
 bool SceneSimulation::carry_out(const SceneAction& action, std::size_t latch_index) {
   const bool is_latch = action.kind == SceneAction::Kind::latch;
-  if (is_latch && (pieces_[action.carrier].is_out || pieces_[action.carried].is_out)) return false;
+  if (is_latch && !may_latch(action.carrier, action.carried)) return false;
+  const bool is_release = action.kind == SceneAction::Kind::release;
+  if (is_release && pieces_[action.carried].carrier == kNoObject) return false;
   try {
     if (is_latch) latch(action.carrier, action.carried, latch_index);
-    if (action.kind == SceneAction::Kind::release) release(action.carried);
+    if (is_release) release(action.carried);
     if (action.kind == SceneAction::Kind::join)
       world_->join_as_they_stand(static_cast<std::uint32_t>(action.joint.joint));
     if (action.kind == SceneAction::Kind::part)
@@ -112,9 +121,7 @@ void SceneSimulation::act(const SceneAction& action) {
 bool SceneSimulation::latch_now(std::size_t option) {
   if (option >= scene_->latch_options.size()) return false;
   const SceneLatchOption& wanted = scene_->latch_options[option];
-  if (pieces_[wanted.carried].carrier != kNoObject || is_carried_by(wanted.carrier, wanted.carried))
-    return false;
-  if (pieces_[wanted.carried].is_out || pieces_[wanted.carrier].is_out) return false;
+  if (!may_latch(wanted.carrier, wanted.carried)) return false;
   try {
     latch(wanted.carrier, wanted.carried, first_option() + option);
   } catch (const InputError&) {

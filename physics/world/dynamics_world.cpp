@@ -67,7 +67,9 @@ std::string_view reason_of(StepFailure failure) {
     case StepFailure::mechanism:
       return "its joint values or rates would not be finite, or a joint moves no inertia";
     case StepFailure::latch:
-      return "latched or let go, a body would have an inertia that is none to rounding";
+      return "the scene's action has no place: what it latches, lets go, adds or removes is held, free, "
+             "there "
+             "or gone by a command, or would have an inertia that is none to rounding";
   }
   return "";
 }

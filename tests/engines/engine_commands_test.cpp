@@ -244,6 +244,60 @@ TEST_P(EngineCommands, WhatAProgramTellsIsWhatAnActionOfTheSceneDoes) {
   }
 }
 
+/// Steps until one fails. @return its reason, or nothing at the run's end
+std::string failure_of(physics::DynamicsEngine& engine) {
+  while (!engine.is_over()) {
+    engine.begin_step();
+    if (const physics::EngineStep step = engine.step(); !step.failure.empty()) return step.failure;
+  }
+  return {};
+}
+
+/// What a program does before an action of the scene that then has no place; and what makes place for it.
+TEST_P(EngineCommands, AnActionThatAProgramLeftNoPlaceForFailsAndIsNamed) {
+  using Kind = physics::SceneAction::Kind;
+  constexpr std::size_t kBox = 2, kLoad = 3;
+  if (!can(EngineFeature::latches) || !can(EngineFeature::come_and_go)) return;
+  const auto action = [](Kind kind, double time, std::size_t carrier, std::size_t carried) {
+    physics::SceneAction out;
+    out.kind = kind, out.time = time, out.carrier = carrier, out.carried = carried;
+    return out;
+  };
+  const physics::SceneAction latch = action(Kind::latch, 0.1, kBox, kLoad),
+                             release = action(Kind::release, 0.1, 0, kLoad);
+  struct Case {
+    std::vector<physics::SceneAction> scene;
+    physics::SceneAction told, mend;
+  };
+  const Case cases[] = {
+      {{latch}, latch, release},
+      {{action(Kind::latch, 0.1, kLoad, kBox)}, latch, release},
+      {{action(Kind::latch, 0.02, kBox, kLoad), release}, release, latch},
+      {{action(Kind::remove, 0.1, 0, kLoad)}, latch, release},
+      {{action(Kind::remove, 0.02, 0, kLoad), action(Kind::add, 0.1, 0, kLoad)}, latch, release},
+      {{latch}, action(Kind::remove, 0.0, 0, kLoad), action(Kind::add, 0.0, 0, kLoad)},
+  };
+  for (const Case& each : cases) {
+    SCOPED_TRACE(&each - cases);
+    DynamicScene scene = told_scene();
+    if (!can(EngineFeature::arms)) scene.mechanisms.clear(), scene.bodies[1].kind = BodyKind::fixed;
+    scene.latch_options = {{kBox, kLoad}};
+    scene.actions = each.scene;
+    const auto engine = engines().make(GetParam(), scene);
+    while (engine->steps() < 50) take_step(*engine, [] {});
+    if (!engine->has(kLoad)) engine->add(kLoad, scene.scene.objects[kLoad].X_WO, {0, 0, 0}, {0, 0, 0});
+    engine->act(each.told);
+    for (int twice = 0; twice < 2; ++twice) {
+      const std::string why = failure_of(*engine);
+      EXPECT_NE(why.find(each.scene.back().carried == kBox ? "'box'" : "'load'"), std::string::npos) << why;
+      EXPECT_EQ(engine->steps(), 100u);
+    }
+    engine->act(each.mend);
+    EXPECT_EQ(failure_of(*engine), "");
+    EXPECT_LT(std::abs(engine->object_pose(kLoad).p.z() - 0.3), 0.05);
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Engines, EngineCommands, ::testing::ValuesIn(choices()), name_of);
 
 }  // namespace
