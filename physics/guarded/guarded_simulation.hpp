@@ -127,8 +127,8 @@ class GuardedSimulation {
   /// As SceneSimulation's, the proof with it. @throws InputError where ContactWorld refuses.
   bool latch_now(std::size_t option);
   bool release_now(std::size_t carried);
-  /// Switches an object. While it is off it meets nothing, by force or proof. @throws InputError: no such
-  /// object.
+  /// Switches an object. While it is off it meets nothing, by force or proof. What is out stays out, and is
+  /// on or off when it comes. @throws InputError: no such object.
   void select(std::size_t object, bool is_on);
   /// SceneSimulation::remove(), from the proof, too: it stays where it is shown, and meets nothing.
   void remove(std::size_t object);
@@ -174,7 +174,7 @@ class GuardedSimulation {
   void set_policies();
   void set_policy(std::size_t a, std::size_t b, GuardPolicy policy);
   void see(std::size_t a, std::size_t b);
-  void see_all(std::size_t object, bool is_on);
+  void show(std::size_t object);
   std::size_t too_near(std::size_t object) const;
   void set_pair_rules();
   void follow_latches();
@@ -208,8 +208,8 @@ class GuardedSimulation {
   GuardSettings settings_;
   MakeNarrowphase make_proof_;
   MakeBroadphase make_broadphase_;
-  std::vector<GuardPolicy> policies_;  // by object and object
-  std::vector<std::uint8_t> is_on_;    // by object
+  std::vector<GuardPolicy> policies_;         // by object and object
+  std::vector<std::uint8_t> is_on_, is_out_;  // by object
   std::vector<std::uint32_t> object_of_solid_;
   std::shared_ptr<SeenPairs> pushed_, sliding_, guarded_;  // push; push and slide; all but cue
   SceneSimulation simulation_;

@@ -94,9 +94,9 @@ void GuardedSimulation::set_policy(std::size_t a, std::size_t b, GuardPolicy pol
   see(a, b);
 }
 
-// An object that is switched off meets nothing.
+// An object that is switched off, or out, meets nothing.
 void GuardedSimulation::see(std::size_t a, std::size_t b) {
-  const bool are_on = is_on_[a] != 0 && is_on_[b] != 0;
+  const bool are_on = is_on_[a] != 0 && is_on_[b] != 0 && is_out_[a] == 0 && is_out_[b] == 0;
   const GuardPolicy rule = policies_[a * is_on_.size() + b];  // before there are objects, too
   pushed_->set(a, b, are_on && rule == GuardPolicy::push);
   sliding_->set(a, b, are_on && (rule == GuardPolicy::push || rule == GuardPolicy::slide));
@@ -106,6 +106,7 @@ void GuardedSimulation::see(std::size_t a, std::size_t b) {
 void GuardedSimulation::set_policies() {
   const std::size_t n = scene_->scene.objects.size();
   is_on_.resize(n, 1);
+  is_out_.resize(n, 0);
   policies_.assign(n * n, settings_.policy);
   for (std::size_t a = 0; a < n; ++a)
     for (std::size_t b = 0; b < n; ++b) set_policy(a, b, settings_.policy);
@@ -273,22 +274,24 @@ void GuardedSimulation::set_policy(GuardPolicy policy) {
   world_.prepare();
 }
 
-void GuardedSimulation::see_all(std::size_t object, bool is_on) {
-  is_on_[object] = is_on ? 1 : 0;
+/// Dynamics and the proof see the object if it is on and in, from now on.
+void GuardedSimulation::show(std::size_t object) {
   for (std::size_t b = 0; b < objects_.size(); ++b)
     if (b != object) see(object, b);
+  world_.select(SelectionChange::of(objects_[object], is_on_[object] != 0 && is_out_[object] == 0));
+  world_.prepare();
 }
 
 void GuardedSimulation::select(std::size_t object, bool is_on) {
   if (object >= objects_.size()) throw InputError("guard: no object " + std::to_string(object));
-  see_all(object, is_on);
-  world_.select(SelectionChange::of(objects_[object], is_on));
-  world_.prepare();
+  is_on_[object] = is_on ? 1 : 0;
+  show(object);
 }
 
 void GuardedSimulation::remove(std::size_t object) {
   simulation_.remove(object);
-  select(object, false);
+  is_out_[object] = 1;
+  show(object);
 }
 
 /// What the object is within half of the gap of, where dynamics has it; kNoObject: nothing.
@@ -308,21 +311,21 @@ std::size_t GuardedSimulation::too_near(std::size_t object) const {
 
 void GuardedSimulation::add(std::size_t object, const Pose& X_WO, const Vector3& v_W, const Vector3& w_W) {
   simulation_.add(object, X_WO, v_W, w_W);
-  see_all(object, true);
+  is_out_[object] = 0;
+  for (std::size_t b = 0; b < objects_.size(); ++b)
+    if (b != object) see(object, b);
   // Where there is no room it goes back to where it was.
   if (const std::size_t other = too_near(object); other != kNoObject) {
-    see_all(object, false);
     simulation_.remove(object);
     simulation_.add(object, shown_pose(object), Vector3::Zero(), Vector3::Zero());
-    simulation_.remove(object);
+    remove(object);
     throw InputError("guard: " + object_name(*scene_, object) + " would come within the gap of " +
                      object_name(*scene_, other));
   }
   // It goes there while it meets nothing.
   const MotionCommand command{objects_[object], RigidPath::between(shown_pose(object), X_WO)};
   frame_ = world_.frame({&command, 1});
-  world_.select(SelectionChange::of(objects_[object], true));
-  world_.prepare();
+  show(object);
 }
 
 /// Takes a latch or a release over into the proof, and into the pairs whose impulses count as touching.

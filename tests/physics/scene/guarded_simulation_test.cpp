@@ -520,6 +520,11 @@ TEST(GuardedSimulation, BodiesComeAndGoWhereThereIsRoom) {
   EXPECT_FALSE(run.simulation().has(2));
   go(10);
   EXPECT_EQ(run.shown_pose(2).p.z(), 3.0);
+  // What was switched off comes in switched off, and then is where others may be.
+  run.select(2, false);
+  run.add(2, run.shown_pose(1), kZero, kZero);
+  run.remove(2);
+  run.select(2, true);
   // Beside it, where it falls and comes to rest a gap above the floor; then on top, and away from there.
   run.add(2, at(away), kZero, kZero);
   EXPECT_EQ(run.shown_pose(2).p, away);
@@ -530,6 +535,7 @@ TEST(GuardedSimulation, BodiesComeAndGoWhereThereIsRoom) {
   go(300);
   EXPECT_NEAR(shown_separation(scene, run, 1, 2), kGap, 2e-9);
   run.remove(1);
+  run.select(1, true);  // out all the same: it bears nothing
   go(300);
   EXPECT_NEAR(shown_separation(scene, run, 0, 2), kGap, 2e-9);
 }
