@@ -246,6 +246,51 @@ TEST(GuardedSimulation, AnArmIsDrivenBackByMoreThanItsTorque) {
   EXPECT_NEAR(run.simulation().joint_torque({0, 0}), 6.0, 1e-9);
 }
 
+TEST(GuardedSimulation, AHandPressedOnAPlateGoesAlongItAsFrictionLets) {
+  // A gantry's hand, wanted at 0.1 m/s along a plate and as fast into it: 40 N at most along, 100 N into.
+  // Where 100 N times friction is less it goes on at its rate, else it stands.
+  struct Case {
+    GuardPolicy policy;
+    double friction, speed;
+  };
+  const Vector3 size(0.2, 0.2, 0.2);
+  for (const Case& c : {Case{GuardPolicy::slide, 0.5, 0.1}, Case{GuardPolicy::push, 0.0, 0.1},
+                        Case{GuardPolicy::push, 0.1, 0.1}, Case{GuardPolicy::push, 0.3, 0.1},
+                        Case{GuardPolicy::push, 0.6, 0.0}}) {
+    SCOPED_TRACE(c.friction);
+    DynamicScene scene = empty_scene(1.0);
+    const SceneBody link{.kind = BodyKind::link, .inertia = box_inertia(3, size), .surface = {c.friction, 0}};
+    add(scene, box("plate", {2, 2, 0.2}, at({0, 0, -0.1})), {.surface = {c.friction, 0}});
+    add(scene, box("beam", size, at({-0.5, 0, 2})), link);
+    add(scene, box("hand", size, at({-0.5, 0, 0.11})), link);
+    SceneJoint along, into;
+    along.name = "along", along.kind = JointKind::prismatic, along.child = 1, along.axis_W = {1, 0, 0};
+    into.name = "into", into.kind = JointKind::prismatic, into.parent = 1, into.child = 2;
+    into.axis_W = {0, 0, 1};
+    along.effort = 40.0, into.effort = 100.0;
+    scene.mechanisms.push_back({"gantry", {along, into}, {}});
+    GuardSettings settings;
+    settings.policy = c.policy;
+    GuardedSimulation run = guarded(scene, settings);
+    // Two joints for six rates are damped always: so little takes 1e-8 of the rates.
+    const std::size_t hand = run.add_hand({.link = 2, .rates = {.damping = 1e-4}});
+    run.command(hand, {{0.1, 0, -0.1}, kZero});
+    double met_at = 0.0;
+    while (!run.is_over()) {
+      const double before = run.shown_pose(2).p.x();
+      ASSERT_EQ(run.step().dynamics.failure, StepFailure::none);
+      ASSERT_GE(shown_separation(scene, run, 0, 2), kLeast);
+      if (shown_separation(scene, run, 0, 2) < 2 * kGap && met_at == 0.0) met_at = run.simulation().time();
+      // What is shown goes as the rates say, in each step, once the impact is over.
+      if (met_at > 0.0 && run.simulation().time() > met_at + 0.1) {
+        ASSERT_NEAR((run.shown_pose(2).p.x() - before) / scene.step, c.speed, 1e-8);
+      }
+    }
+    EXPECT_NEAR(met_at, 0.1, 0.02);
+    EXPECT_NEAR(run.simulation().joint_rate({0, 0}), c.speed, 1e-8);
+  }
+}
+
 TEST(GuardedSimulation, ABoxSlidesToAStopByFrictionAndNeverMerges) {
   DynamicScene scene = empty_scene(1.0);
   scene.gravity_W = {0, 0, -9.81};
