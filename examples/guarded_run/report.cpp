@@ -37,7 +37,8 @@ std::string legend_text() {
          "advance.\n"
          "stalled: frames in which a joint gave all its torque and the hand did not get on; back: driven "
          "back.\n"
-         "merged: shown pairs in each other, over all steps, by the judge; least: separation shown [m].\n"
+         "merged: contact points in each other, shown, over all steps, by the judge; least: separation shown "
+         "[m].\n"
          "unexplained: momentum of a cut that its impulses do not account for [N s]; taken: energy by cuts "
          "[J].\n";
 }

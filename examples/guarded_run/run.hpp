@@ -35,8 +35,9 @@ struct GuardedRun {
   std::size_t cut = 0, standing = 0;  ///< steps in which something was
   std::size_t stalled = 0;  ///< frames in which a joint gave all its torque and the hand moved back or stood
   std::size_t driven_back = 0;  ///< of them, against where it was asked to go
-  std::size_t merged = 0;       ///< pairs and steps, by `exact` where it is built, on what is shown
-  /// Of the scene's own poses: pairs of hexahedra that touch or overlap before the first step, and the first.
+  std::size_t merged = 0;       ///< contact points, by `exact` where it is built, of all steps as shown
+  /// Of the scene's own poses: contact points at which solids touch or overlap before the first step (a box
+  /// on a floor has four), and the first pair.
   std::size_t began_merged = 0;
   std::string first_merged;
   std::string judge;
