@@ -366,6 +366,18 @@ Vector3 MechanismDynamics::angular_acceleration(std::uint32_t link,
   return body_of_[link] == kBase ? Vector3(Vector3::Zero()) : workspace.bodies[body_of_[link]].alpha;
 }
 
+Vector3 MechanismDynamics::bias_acceleration(std::uint32_t link, const Vector3& p_W,
+                                             const Workspace& workspace) const noexcept {
+  if (body_of_[link] == kBase) return Vector3::Zero();
+  const PlacedBody& outer = workspace.bodies[body_of_[link]];
+  Vector3 sum = cross(outer.w_W, cross(outer.w_W, p_W - outer.origin_W));
+  for (std::uint32_t i = body_of_[link]; i != kBase; i = bodies_[i].inner) {
+    const PlacedBody& b = workspace.bodies[i];
+    sum += b.bias_v + cross(b.bias_w, p_W - b.origin_W);
+  }
+  return sum;
+}
+
 Pose MechanismDynamics::link_pose(std::uint32_t link, const Workspace& workspace) const noexcept {
   if (body_of_[link] == kBase) return compose(workspace.X_WBase, X_BL_[link]);
   const PlacedBody& b = workspace.bodies[body_of_[link]];

@@ -102,6 +102,10 @@ class MechanismDynamics {
   Vector3 point_acceleration(std::uint32_t link, const Vector3& p_W, const Vector3& gravity_W,
                              const Workspace& workspace) const noexcept;
   Vector3 angular_acceleration(std::uint32_t link, const Workspace& workspace) const noexcept;
+  /// Acceleration of the link's point now at p_W while no rate changes: the change of point_jacobian() along
+  /// the motion times the rates [m/s2]. @pre place()
+  Vector3 bias_acceleration(std::uint32_t link, const Vector3& p_W,
+                            const Workspace& workspace) const noexcept;
   Pose link_pose(std::uint32_t link, const Workspace& workspace) const noexcept;
   double kinetic_energy(const Workspace& workspace) const noexcept;                              ///< [J]
   double potential_energy(const Vector3& gravity_W, const Workspace& workspace) const noexcept;  ///< [J]

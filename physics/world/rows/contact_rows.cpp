@@ -63,6 +63,7 @@ class Gathering {
   void add_held(std::uint32_t joint);
 
  private:
+  Vector3 to_end(const Vector3& gained_W) const;
   Vector3 to_end(const GroupPoint& point, const Body& body) const;
   double returning(const GroupPoint& point) const;
   Vector3 add_side(const Mover& mover, const GroupPoint& point, const Vector3& act_W,
@@ -125,7 +126,11 @@ void Gathering::prepare_units(const Group& group) {
 /// in each step. Returns what the body's point gains in velocity on the way, as it turns at the start.
 Vector3 Gathering::to_end(const GroupPoint& point, const Body& body) const {
   if (!holds_at_end_) return Vector3::Zero();
-  const Vector3 gained_W = cross(body.w_W, Vector3((0.5 * wanted_.t) * (point.path_v_W - body.v_W)));
+  return to_end(cross(body.w_W, Vector3((0.5 * wanted_.t) * (point.path_v_W - body.v_W))));
+}
+
+/// What a point at rest gains is left out: it keeps its bits.
+Vector3 Gathering::to_end(const Vector3& gained_W) const {
   return norm(gained_W) * wanted_.t > kParts * settings_.contact_gap ? gained_W : Vector3(Vector3::Zero());
 }
 
@@ -174,7 +179,9 @@ Vector3 Gathering::add_side(const Mover& mover, const GroupPoint& point, const V
   // The joint rates add to b.
   for (std::size_t r = 0; r < 3 && wanted_.phase != Phase::parting; ++r)
     for (std::size_t k = 0; k < n; ++k) b[r] += J_all[side.first + r * n + k] * rates[k];
-  return Vector3::Zero();
+  if (!holds_at_end_) return Vector3::Zero();
+  // J is that of the start: an arm that presses as it slides would part by half of this in each step.
+  return to_end(wanted_.t * arm.dynamics->bias_acceleration(mover.link, point.p_W, arm.placed));
 }
 
 void Gathering::add_contact(std::size_t index, const GroupPoint& point) {

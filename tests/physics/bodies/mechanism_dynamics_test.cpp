@@ -92,6 +92,11 @@ TEST(MechanismDynamics, JacobianIsTheVelocityOfAPoint) {
   const Vector3 expected = (position_at(h) - position_at(-h)) / (2 * h);
   const Vector3 p_W = position_at(0.0);
   EXPECT_LT(norm(dynamics.point_velocity(link, p_W, workspace) - expected), 1e-9);
+  // What its acceleration is beyond that of the rates is its bias.
+  std::vector<double> qdd(7);
+  ASSERT_TRUE(dynamics.forward_dynamics(Vector3::Zero(), random_values(random, 7, 5.0), qdd, workspace));
+  const Vector3 acceleration = dynamics.point_acceleration(link, p_W, Vector3::Zero(), workspace);
+  const Vector3 bias = dynamics.bias_acceleration(link, p_W, workspace);
   // The Jacobian's rows give the same; the joint beyond the link has no share.
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double> J(7);
@@ -100,6 +105,9 @@ TEST(MechanismDynamics, JacobianIsTheVelocityOfAPoint) {
     for (std::size_t i = 0; i < 7; ++i) along += J[i] * qd[i];
     EXPECT_NEAR(along, expected[axis], 1e-9);
     EXPECT_EQ(J[6], 0.0);  // beyond the link
+    double by_rates = 0.0;
+    for (std::size_t i = 0; i < 7; ++i) by_rates += J[i] * qdd[i];
+    EXPECT_NEAR(bias[axis], acceleration[axis] - by_rates, 1e-11);
   }
 }
 
