@@ -45,8 +45,10 @@ std::optional<Options> parse_options(int argc, const char* const* argv, const st
       ->check(CLI::PositiveNumber);
   app.add_option("--out,--output", options.output, "Folder of results, series and plots")
       ->capture_default_str();
-  app.add_option("--error", options.error,
-                 "What every figure may be off by, in its unit (default: what the scenes allow)")
+  app.add_option(
+         "--error", options.error,
+         "What every figure may be off by, in its unit; of energy and drifts the share (default: what "
+         "the scenes allow)")
       ->check(CLI::PositiveNumber);
   std::string folder;
   app.add_option("--scenes", folder, "Folder with the scenes");

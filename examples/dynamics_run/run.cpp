@@ -41,10 +41,12 @@ physics::DynamicScene read_scene(const std::filesystem::path& file, const Option
   return load_dynamic_scene(file, parameters, robot_files::arm_models(options.robots, on_account));
 }
 
-/// Of every figure that a run is judged by, in its unit.
+/// Of every figure that a run is judged by, in its unit; energy made and drifts are shares.
 void allow(double error, physics::DynamicScene& scene) {
   for (physics::SceneAnswer& answer : scene.answers) answer.tolerance = std::max(answer.tolerance, error);
-  for (double* const limit : {&scene.accept.depth, &scene.accept.position, &scene.accept.angle})
+  physics::SceneAccept& accept = scene.accept;
+  for (double* const limit :
+       {&accept.depth, &accept.position, &accept.angle, &accept.energy_made, &accept.drift, &accept.rest})
     *limit = std::max(*limit, error);
 }
 

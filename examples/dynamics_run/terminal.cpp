@@ -26,14 +26,23 @@ std::string answers_text(const SceneResult& result, const BackendRun& run) {
   return fmt::format("{}/{}", held, given);
 }
 
-void add_row(const SceneResult& result, const BackendRun& run, TextTable& table) {
-  if (!run.not_run.empty()) return;
-  table.add({run.backend, answers_text(result, run), scaled(run.pose_error, 1e3),
-             format_error(run.angle_error), scaled(run.deepest, 1e3), format_error(run.unexplained_momentum),
-             format_error(run.linear_drift), format_error(run.angular_drift), format_error(run.energy_made),
-             format_error(run.energy_lost), format_error(run.rest_speed), time_text(run.detection.median_us),
-             time_text(run.total.median_us), time_text(run.total.p999_us),
-             run.allocations ? std::to_string(*run.allocations) : "-"});
+/// What came out, and what it took: in one table they are wider than a terminal.
+std::string tables_text(const SceneResult& result) {
+  TextTable errors(
+      {"", "answers", "pose mm", "rad", "depth mm", "dp", "dP", "dL", "J gained", "J lost", "m/s"});
+  TextTable times({"", "us find", "us med", "99.9%", "alloc"});
+  for (const BackendRun& run : result.runs) {
+    if (!run.not_run.empty()) continue;
+    errors.add({run.backend, answers_text(result, run), scaled(run.pose_error, 1e3),
+                format_error(run.angle_error), scaled(run.deepest, 1e3),
+                format_error(run.unexplained_momentum), format_error(run.linear_drift),
+                format_error(run.angular_drift), format_error(run.energy_made), format_error(run.energy_lost),
+                format_error(run.rest_speed)});
+    times.add({run.backend, time_text(run.detection.median_us), time_text(run.total.median_us),
+               time_text(run.total.p999_us),
+               run.allocations ? program::format_count(*run.allocations) : "-"});
+  }
+  return errors.str() + times.str();
 }
 
 std::string subject(const physics::DynamicScene& scene, const SceneAnswer& answer) {
@@ -96,10 +105,7 @@ std::string terminal_text(const SceneResult& result) {
   std::string text = fmt::format("\n{}: {}\n  {} steps of {:g} s{}\n", result.file, scene.scene.name,
                                  program::format_count(scene.step_count()), scene.step,
                                  scene.answers_hold ? "" : "; parameters replaced: answers are not judged");
-  TextTable table({"", "answers", "pose mm", "rad", "depth mm", "dp", "dP", "dL", "J gained", "J lost", "m/s",
-                   "us find", "us med", "99.9%", "alloc"});
-  for (const BackendRun& run : result.runs) add_row(result, run, table);
-  text += table.str();
+  text += tables_text(result);
   for (const BackendRun& run : result.runs) text += remarks(result, run);
   if (!result.recommended.empty())
     text += "  build on " + result.recommended + ": ";

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
@@ -214,6 +215,21 @@ TEST(DynamicScenes, EveryBundledSceneIsReadAndHasAnswers) {
   EXPECT_GE(count, 13u);
 }
 
+TEST(DynamicScenes, AnErrorWidensEveryLimit) {
+  const fs::path file = fs::path(TOUCHSTONE_DYNAMIC_SCENES) / "box_stack.yaml";
+  Options options;
+  const DynamicScene as_it_is = load_scene(file, options);
+  options.error = 0.5;
+  const DynamicScene wide = load_scene(file, options);
+  for (const auto limit :
+       {&physics::SceneAccept::depth, &physics::SceneAccept::position, &physics::SceneAccept::angle,
+        &physics::SceneAccept::energy_made, &physics::SceneAccept::drift, &physics::SceneAccept::rest})
+    EXPECT_EQ(wide.accept.*limit, std::max(as_it_is.accept.*limit, 0.5));
+  EXPECT_LT(as_it_is.accept.energy_made, 0.5);
+  EXPECT_LT(as_it_is.accept.drift, 0.5);
+  for (const SceneAnswer& each : wide.answers) EXPECT_GE(each.tolerance, 0.5);
+}
+
 // ---- the accounts and the verdict
 
 TEST(Accounts, FreeFallMakesAndLosesNothingAndABounceLosesWhatItMust) {
@@ -293,6 +309,23 @@ SceneResult judged(std::vector<BackendRun> runs, double deadline_us = kNone) {
   result.runs = std::move(runs);
   judge(result);
   return result;
+}
+
+TEST(Tables, FitATerminalWithTheLongestNamesAndFigures) {
+  BackendRun run = made_up("ode_direct:bullet_gjk", 123456.7, -1.2e-100);
+  run.rest_speed = run.linear_drift = run.angular_drift = run.energy_lost = run.unexplained_momentum = 1.2e-9;
+  run.allocations = 1479217;
+  SceneResult result = judged({run, made_up("truth", 1.0, 0.0)});
+  const std::string text = terminal_text(result);
+  std::size_t rows = 0;
+  for (std::size_t begin = 0, end = 0; end != std::string::npos; begin = end + 1) {
+    end = text.find('\n', begin);
+    const std::string line = text.substr(begin, end - begin);
+    if (line.rfind("  ode_direct:bullet_gjk  ", 0) != 0) continue;
+    EXPECT_LE(line.size(), 120U) << line;
+    ++rows;
+  }
+  EXPECT_EQ(rows, 2U);
 }
 
 TEST(Verdict, NamesTheFastestWithinTheLimitsAndOfThoseAsFastTheMostAccurate) {
