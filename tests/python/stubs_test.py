@@ -1,6 +1,7 @@
 """The stubs say what the module has, no more and no less; and what is there says what it is."""
 
 import ast
+import builtins
 import inspect
 import pathlib
 import re
@@ -34,6 +35,21 @@ class Stubs(unittest.TestCase):
         # Names of types alone are no names of the module's.
         types = {target.id for node in STUBS.body if isinstance(node, ast.Assign) for target in node.targets}
         self.assertEqual({name for name in types if not name.startswith("_")}, set())
+
+    def test_every_name_that_types_use_is_there(self):
+        there = set(dir(builtins))
+        for node in ast.walk(STUBS):
+            if isinstance(node, (ast.Import, ast.ImportFrom)):
+                there |= {alias.asname or alias.name for alias in node.names}
+            elif isinstance(node, (ast.ClassDef, ast.FunctionDef)):
+                there.add(node.name)
+            elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+                there.add(node.id)
+        used = {node.id for node in ast.walk(STUBS) if isinstance(node, ast.Name)}
+        for node in ast.walk(STUBS):  # "Hexahedron" of a type that stands before the class
+            if isinstance(node, ast.Subscript):
+                used |= {part.value for part in ast.walk(node.slice) if isinstance(part, ast.Constant) and isinstance(part.value, str)}
+        self.assertEqual(used - there, set())
 
     def test_members_of_classes(self):
         for node in (n for n in STUBS.body if isinstance(n, ast.ClassDef) and n.name != "InputError"):
