@@ -55,9 +55,9 @@ class Run {
 
   std::uint64_t advance(std::uint64_t steps) {
     DynamicsEngine& engine = get();
-    is_busy_ = true;
     std::uint64_t taken = 0;
     {
+      const Stepping stepping(*this);
       const py::gil_scoped_release unlocked;
       while (taken < steps && !engine.is_over() && last_.failure.empty()) {
         engine.begin_step();
@@ -67,7 +67,6 @@ class Run {
         if (touches_) take_touches();
       }
     }
-    is_busy_ = false;
     if (!last_.failure.empty())
       throw std::runtime_error("step " + std::to_string(engine.steps()) + ": " + last_.failure);
     return taken;
@@ -105,6 +104,18 @@ class Run {
   std::size_t object_count() const { return scene_.scene.objects.size(); }
 
  private:
+  /// Of one thread, until its steps have ended, however that was. With Python's lock.
+  class Stepping {
+   public:
+    explicit Stepping(Run& run) : run_(run) { run_.is_busy_ = true; }
+    ~Stepping() { run_.is_busy_ = false; }
+    Stepping(const Stepping&) = delete;
+    Stepping& operator=(const Stepping&) = delete;
+
+   private:
+    Run& run_;
+  };
+
   void take_touches() {
     engine_->list_contacts(listed_);
     physics::take_touches(listed_, scene_.step, *touches_);
