@@ -118,7 +118,7 @@ class Run {
 
   void take_touches() {
     engine_->list_contacts(listed_);
-    physics::take_touches(listed_, scene_.step, *touches_);
+    physics::take_touches(*engine_, listed_, *touches_);
   }
 
   DynamicScene scene_;
@@ -313,7 +313,8 @@ void bind_returns(py::module_& module, py::class_<Run>& run) {
       .def_property_readonly(
           "touches", &touches_of,
           "(k,) records of the last step: kind (0 began, 1 persisted, 2 ended), solid_a < solid_b, points, "
-          "impulse_W on B over the step [N s], impact_W of it (NaN: not distinguished).");
+          "impulse_W on B over the step [N s], impact_W of it (NaN: not distinguished). What sleeps persists "
+          "with 0 points and the impulse of its last step awake.");
 }
 
 void bind_state(py::class_<Run>& run) {

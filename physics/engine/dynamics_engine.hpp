@@ -143,6 +143,8 @@ class DynamicsEngine {
 
   /// Lists the last step's contacts. @param contacts emptied first
   virtual void list_contacts(std::vector<EngineContact>& contacts) const = 0;
+  /// Whether contacts of the two are not listed because they sleep, and so go on as they were.
+  virtual bool are_asleep(const SolidPair& /*solids*/) const { return false; }
 
   virtual Pose object_pose(std::size_t object) const = 0;
   /// The velocity of the centre of mass of a dynamic object and all that moves with it; nothing for links and

@@ -79,6 +79,8 @@ class OwnEngine final : public DynamicsEngine {
     }
   }
 
+  bool are_asleep(const SolidPair& solids) const override { return simulation_.are_asleep(solids); }
+
   Pose object_pose(std::size_t object) const override { return simulation_.object_pose(object); }
   std::optional<Vector3> velocity(std::size_t object) const override { return simulation_.velocity(object); }
   std::optional<Vector3> angular_velocity(std::size_t object) const override {

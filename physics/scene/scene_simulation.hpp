@@ -53,6 +53,9 @@ class SceneSimulation {
   /// Pairs of solids that began to touch in the last step, went on touching, or parted; numbers as
   /// solid_name() counts.
   const TouchEvents& touches() const { return touches_; }
+  /// Whether contacts of the pair are not looked for because something sleeps and neither of the two is moved
+  /// by forces or commands. Numbers as solid_name() counts.
+  bool are_asleep(const SolidPair& solids) const;
 
   /// Closes DynamicScene::latch_options[option], or opens the latch that carries the object. Between steps;
   /// the next step has the change. @return false, and nothing has changed: the object is carried already, or

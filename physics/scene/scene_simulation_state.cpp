@@ -89,6 +89,10 @@ void SceneSimulation::reserve(std::size_t contacts) {
 /// Neither forces nor commands move it now.
 bool SceneSimulation::rests(std::size_t object) const { return !world_->is_restless(pieces_[object].mover); }
 
+bool SceneSimulation::are_asleep(const SolidPair& solids) const {
+  return rests(object_of_[solids.a]) && rests(object_of_[solids.b]) && world_->sleepers() > 0;
+}
+
 void SceneSimulation::take_touches() {
   touches_.begin();
   for (std::size_t i = 0; i < found_.size(); ++i) {
@@ -97,10 +101,7 @@ void SceneSimulation::take_touches() {
     touches_.add({origin.solids, 0.5 * (contact.p_A_W + contact.p_B_W), contact.n_AB_W, origin.separation,
                   scene_->step * forces_[i].force_W, forces_[i].impact_W});
   }
-  touches_.finish([&](const SolidPair& pair) {
-    const std::size_t a = object_of_[pair.a], b = object_of_[pair.b];
-    return rests(a) && rests(b) && world_->sleepers() > 0;
-  });
+  touches_.finish([&](const SolidPair& pair) { return are_asleep(pair); });
 }
 
 }  // namespace touchstone::physics

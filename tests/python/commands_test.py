@@ -110,17 +110,47 @@ class Commands(unittest.TestCase):
         with self.assertRaisesRegex(InputError, "watch_touches"):
             run.touches
         run.watch_touches()
-        run.push("a", force=[2 * 4000, 0, 0])  # 4 m/s: there after 0.5 s, and stands
-        kinds = []
+        run.push("a", force=[2 * 4000, 0, 0])  # 4 m/s: there after 0.5 s; both go on with 2 m/s
+        rows = []
+
+        def go(steps):
+            for _ in range(steps):
+                run.advance()
+                rows.extend((run.steps, row) for row in run.touches)
+
+        go(1000)
+        run.push("b", force=[2 * 4000, 0, 0])  # away
+        go(20)
+        self.assertEqual({(int(row["solid_a"]), int(row["solid_b"])) for _, row in rows}, {(0, 1)})
+        first, last = rows[0][0], rows[-1][0]
+        self.assertAlmostEqual(first, 500, delta=2)
+        self.assertAlmostEqual(last, 1001, delta=2)
+        self.assertEqual([(step, int(row["kind"])) for step, row in rows],
+                         [(first, 0)] + [(step, 1) for step in range(first + 1, last)] + [(last, 2)])
+        self.assertEqual([int(row["points"]) for _, row in rows], [4] * (len(rows) - 1) + [0])
+        # On b: half of a's 8 N s, once.
+        np.testing.assert_allclose(rows[0][1]["impulse_W"], [4, 0, 0], atol=1e-9)
+        np.testing.assert_allclose(rows[0][1]["impact_W"], [4, 0, 0], atol=1e-9)
+        np.testing.assert_allclose([row["impulse_W"] for _, row in rows[1:]], 0, atol=1e-9)
+
+    def test_what_sleeps_goes_on_touching(self):
+        scene = touchstone.DynamicScene("sleeper", 2.0, gravity=[0, 0, -10])
+        scene.sleep_time = 0.2
+        scene.add(block("ground", (4, 4, 1)), at(0, 0, -0.5), kind="static")
+        scene.add(block("box"), at(0, 0, 0.5), mass=1.0)
+        run = touchstone.Simulation(scene)
+        run.watch_touches()
+        kinds, points = [], []
         for _ in range(1000):
             run.advance()
-            kinds += [(int(row["kind"]), run.steps) for row in run.touches]
-        began = [step for kind, step in kinds if kind == 0]
-        self.assertEqual(len(began), 1)
-        self.assertAlmostEqual(began[0], 500, delta=2)
-        run.push("b", force=[2 * 4000, 0, 0])
-        run.advance(20)
-        run.advance()
+            self.assertEqual(len(run.touches), 1)
+            kinds.append(int(run.touches["kind"][0]))
+            points.append(int(run.touches["points"][0]))
+        self.assertEqual(points[-1], 0)  # asleep
+        self.assertEqual(kinds, [0] + [1] * (len(kinds) - 1))
+        np.testing.assert_allclose(run.touches["impulse_W"], [[0, 0, 10 * scene.step]], atol=1e-9)
+        run.push("box", force=[0, 0, 4000])  # 4 m/s up
+        run.advance(10)
         self.assertEqual(len(run.touches), 0)
 
 
@@ -139,12 +169,14 @@ class BackInTime(unittest.TestCase):
                 first = state(run)
                 kept = run.snapshot()
                 runs = []
-                for _ in range(2):
+                for _ in range(3):  # the first is the run that went on
                     run.advance(200)
                     runs.append(state(run))
                     run.restore(kept)
                     self.assertEqual(run.steps, 300)
                 self.assertEqual(state(run), first)
+                self.assertIn(run.after_restore, ("same bits", "repeatable"))
+                self.assertEqual(runs[1], runs[2])
                 if run.after_restore == "same bits":
                     self.assertEqual(runs[0], runs[1])
                 run.reset()
