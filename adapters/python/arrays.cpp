@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <new>
 #include <utility>
 
 #include "touchstone/contact_core/input_error.hpp"
@@ -46,7 +45,7 @@ Doubles doubles(const py::handle& from, const char* name, std::initializer_list<
   if (!has_shape(given, shape)) reject(name, "shape is " + shape_text(given) + ", must be " + letters);
   // Forced: NumPy calls it unsafe to narrow long doubles.
   auto made = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(given);
-  if (!made) throw std::bad_alloc();
+  if (!made) reject(name, "cannot be converted to doubles");  // beyond their range, where NumPy raises that
   return aligned(py::reinterpret_steal<Doubles>(made.release()));
 }
 

@@ -1,6 +1,7 @@
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 
+#include <cstddef>
 #include <string>
 
 #include "touchstone/adapters/python/bindings.hpp"
@@ -18,6 +19,20 @@ void refuse_misread_numpy() {
                                std::to_string(PYBIND11_VERSION_MAJOR) + "." +
                                std::to_string(PYBIND11_VERSION_MINOR) + ", which misreads arrays of NumPy " +
                                numpy + ": install numpy < 2, or build it with pybind11 2.12 or later");
+}
+
+/// pybind11 gives an object whose `__init__` was not called memory that nothing has written, when a method of
+/// it is called: World.__new__(World).frame(), or a subclass's `__init__` before that of its base. It asks
+/// for that memory here.
+void refuse_objects_without_init(const pybind11::module_& module) {
+  for (const auto& [name, of] : module.attr("__dict__").cast<pybind11::dict>()) {
+    if (PyType_Check(of.ptr()) == 0) continue;
+    auto* const type = pybind11::detail::get_type_info(reinterpret_cast<PyTypeObject*>(of.ptr()));
+    if (type == nullptr) continue;  // InputError
+    type->operator_new = [](std::size_t) -> void* {
+      throw pybind11::type_error("touchstone: __init__() of this object was not called");
+    };
+  }
 }
 
 }  // namespace
@@ -39,4 +54,5 @@ PYBIND11_MODULE(_core, module) {
   bind_fit(module);
   bind_world(module);
   bind_dynamics(module);
+  refuse_objects_without_init(module);
 }

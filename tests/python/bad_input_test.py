@@ -1,5 +1,6 @@
 """What is wrong is an exception with the project's text; nothing has changed then, and nothing ends the process."""
 
+import inspect
 import unittest
 
 import numpy as np
@@ -39,6 +40,27 @@ class BadInput(unittest.TestCase):
     def test_a_folder_is_no_mesh(self):
         self.refused(InputError, "is a folder", touchstone.read_stl, ".", 1.0)
 
+    def test_objects_whose_init_was_not_called_are_refused(self):
+        core = touchstone._core
+        looked_at = 0
+        for name, of in inspect.getmembers(core, inspect.isclass):
+            if issubclass(of, Exception):
+                continue
+            hollow = of.__new__(of)
+            for member, kept in vars(of).items():
+                with self.subTest(f"{name}.{member}"):
+                    if isinstance(kept, property):
+                        self.refused(TypeError, "__init__() of this object was not called", getattr, hollow, member)
+                        looked_at += 1
+        self.assertGreater(looked_at, 50)
+
+        class Early(touchstone.World):
+            def __init__(self):
+                self.frame()
+
+        self.refused(TypeError, "__init__() of this object was not called", Early)
+        self.refused(TypeError, "__init__() of this object was not called", self.check.overlap, touchstone.Poses.__new__(touchstone.Poses), [[0, 1]])
+
     def test_an_input_error_is_a_value_error(self):
         self.assertTrue(issubclass(InputError, ValueError))
 
@@ -54,6 +76,15 @@ class BadInput(unittest.TestCase):
             with self.assertRaises((TypeError, InputError)):
                 touchstone.Poses(bad)
         self.refused(TypeError, "must be floats or integers", touchstone.Poses, self.matrices.astype(complex))
+
+    @unittest.skipUnless(np.finfo(np.longdouble).max > np.finfo(float).max, "long doubles are doubles")
+    def test_what_numpy_refuses_to_narrow_is_named(self):
+        wide = self.matrices.astype(np.longdouble)
+        wide[1, 0, 3] = np.longdouble("1e400")
+        with np.errstate(over="raise"):
+            self.refused(InputError, "poses: cannot be converted to doubles", touchstone.Poses, wide)
+        with np.errstate(over="ignore"):
+            self.refused(InputError, "pose 1: ", touchstone.Poses, wide)
 
     def test_what_is_no_rigid_transform_is_named(self):
         for change, text in (((0, 0, np.nan), "pose 1"), ((0, 3, np.inf), "pose 1"), ((3, 3, 2.0), "last row"),
