@@ -22,7 +22,8 @@ struct SetAnswers {
 /// is refused in every shard.
 PairSet part_of(const PairSet& set, Shard shard);
 /// The shard's part of a family's first `count` pairs: their solids, and the one that lies furthest out, by
-/// which the set's consistency is asked (check_consistency()). The others are drawn, and not kept. @throws as
+/// which the set's consistency is asked (check_consistency()). The others are drawn, and not kept: a solid
+/// that a backend refuses is refused in its own shard alone, or, the furthest one, in all. @throws as
 /// make_pair_family().
 PairSet part_of_family(const std::string& name, std::uint64_t seed, std::size_t count, Shard shard);
 /// The answers to the shard's pairs.
