@@ -276,6 +276,10 @@ TEST_F(Bench, FiguresThatAreNoneAreRefused) {
       {query + "/single/p99_ns", "inf", "'p99_ns' is no time"},
       {query + "/cost_over_S/worst", nullptr, "'worst' is no cost"},
       {query + "/cost_over_S/worst", -1, "'worst' is no cost"},
+      {query + "/cost_over_S/cases", 0, "'cost_over_S' has no cases"},
+      {query + "/cost_over_S/cases", 31, "has costs of more pairs than the corpus's set 'containment' has"},
+      {query + "/cost_over_S/cases", -1, "'cases' is no count"},
+      {query + "/single/blocks", -1, "'blocks' is no count"},
       {query + "/wrong/missed", -1, "'missed' is no count"},
       {query + "/wrong/failed", std::uint64_t{1} << 63, "more wrong and unsupported answers than 'cases'"},
       {"/backends/1", whole.at("backends").at(0), "has the backend 'native' twice"}};

@@ -1,10 +1,13 @@
 #include <gmock/gmock.h>
 
+#include <cstdint>
+#include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <regex>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 
 #include "touchstone/contact_core/geometry/constants.hpp"
 #include "touchstone/contact_core/geometry/quaternion.hpp"
@@ -267,11 +270,13 @@ TEST(PathSection, EveryEarlyStopIsCounted) {
   const auto row = [&](const std::string& early, double cost_over_scale) {
     Entry entry;
     entry.engine = "mine";
-    PathCell& cell = entry.paths["thin"] = path_cell_of(Json::parse(
-        R"({"backend": "mine", "check": "proven", "impacts": {"answered": 12, "missed": 0, "late": 0, "phantom": 0,)" +
-        early + R"("open": 0, "failed": 0, "unsupported": 0},
+    PathCell& cell = entry.paths["thin"] = path_cell_of(
+        Json::parse(
+            R"({"backend": "mine", "check": "proven", "impacts": {"answered": 12, "missed": 0, "late": 0, "phantom": 0,)" +
+            early + R"("open": 0, "failed": 0, "unsupported": 0},
         "worst": {"path": "paths_thin:3", "reason": "", "stops_at_s": 0, "cost_m": 0.5, "cost_over_S": )" +
-        std::to_string(cost_over_scale) + R"(}, "wrong_cases": []})"));
+            std::to_string(cost_over_scale) + R"(}, "wrong_cases": []})"),
+        12);
     EXPECT_EQ(grade(cell) == Grade::wrong, cell.early > 0);
     return path_section(results, {entry});
   };
@@ -394,6 +399,40 @@ TEST_F(PathCorpus, EnginesAreJudgedAndShownWithTheirCases) {
   expect_refusal(
       std::string(BENCH) + " site " + at("site") + " " + at("results.json") + " --corpus " + at("corpus"),
       {"results.json: lacks the paths of the corpus's set 'thin'"});
+}
+
+TEST_F(PathCorpus, FiguresThatAreNoneAreRefused) {
+  ASSERT_EQ(compare("--backend native --output " + at("report")).code, 0);
+  const Json whole = Json::parse(read(folder_ / "report" / "results.json"));
+  const std::string set = "/path_sets/0", backend = set + "/backends/0", impacts = backend + "/impacts";
+  constexpr std::uint64_t kHalf = std::uint64_t{1} << 63;  // two of them are 0
+  const Json unseen = {{"path", "paths_thin:0"},
+                       {"reason", "late"},
+                       {"stops_at_s", 0.5},
+                       {"cost_m", "-inf"},
+                       {"cost_over_S", 0.1}};
+  const std::tuple<std::string, Json, const char*> changes[] = {
+      {impacts, {{"missed", kHalf}, {"late", kHalf}}, "more wrong and open impacts than 'answered'"},
+      {impacts, {{"early", -1}}, "'early' is no count"},
+      {impacts, {{"unsupported", 1}}, "'impacts' counts more than there are paths"},
+      {impacts, {{"answered", kHalf}, {"unsupported", kHalf}}, "'impacts' counts more than there are paths"},
+      {backend + "/first_pose", {{"later", kHalf}, {"open", kHalf}}, "'first_pose' counts more"},
+      {backend + "/worst", {{"cost_over_S", nullptr}}, "'cost_over_S' is no cost"},
+      {backend + "/worst", {{"cost_m", -1}}, "'cost_m' is no cost"},
+      {backend, {{"wrong_cases", {unseen}}}, "'cost_m' is no cost"},
+      {set, {{"paths", 13}}, "has 13 paths of 5 poses of the corpus's set 'thin', which has 12 of 5"},
+      {set, {{"poses", 4}}, "has 12 paths of 4 poses"},
+      {set, {{"open", 12}}, "more paths meet or are open"},
+      {set, {{"unseen", 12}}, "more are 'unseen' than meet"}};
+  for (const auto& [place, values, refusal] : changes) {
+    Json changed = whole;
+    changed.at(Json::json_pointer(place)).update(values);
+    write("results.json", changed.dump());
+    expect_refusal(
+        std::string(BENCH) + " site " + at("site") + " " + at("results.json") + " --corpus " + at("corpus"),
+        {"results.json: ", refusal});
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "site"));
 }
 
 #ifdef HAS_BULLET

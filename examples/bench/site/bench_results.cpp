@@ -37,11 +37,8 @@ Wrongness wrongness_of(const Json& json) {
                      {"failed", wrong.failed},
                      {"unsupported", wrong.unsupported},
                      {"missing_value", wrong.missing}});
-  // Each alone first: a sum of hostile counts goes round.
-  std::size_t most = wrong.unsupported;
-  for (const auto& [count, name] : wrong.kinds()) most = std::max(most, count);
-  if (most > wrong.cases || wrong.total() + wrong.unsupported > wrong.cases)
-    throw InputError("there are more wrong and unsupported answers than 'cases'");
+  check_parts({wrong.missed, wrong.phantom, wrong.undecided, wrong.failed, wrong.missing, wrong.unsupported},
+              wrong.cases, "there are more wrong and unsupported answers than 'cases'");
   return wrong;
 }
 
@@ -51,7 +48,7 @@ std::optional<Timing> timing_of(const Json& json) {
   timing.median_ns = read_time(json, "median_ns");
   timing.minimum_ns = read_time(json, "minimum_ns");
   timing.p99_ns = read_time(json, "p99_ns", true);
-  timing.blocks = json.at("blocks");
+  read_counts(json, {{"blocks", timing.blocks}});
   return timing;
 }
 
@@ -63,16 +60,19 @@ Cell cell_of(const Json& json) {
     cell.cost.median = read_cost(cost, "median");
     cell.cost.p99 = read_cost(cost, "p99");
     cell.cost.worst = read_cost(cost, "worst");
-    cell.cost.count = cost.at("cases");
+    read_counts(cost, {{"cases", cell.cost.count}});
+    if (cell.cost.count == 0) throw InputError("'cost_over_S' has no cases");  // null says that
     cell.worst = answer_of(json.at("worst"));
   }
   for (const Json& each : json.at("wrong_cases")) cell.wrong_cases.push_back(answer_of(each));
   return cell;
 }
 
-bool has_set(const Corpus& corpus, const std::string& name) {
-  return std::any_of(corpus.sets.begin(), corpus.sets.end(),
-                     [&](const CorpusSet& set) { return set.name == name; });
+/// nullptr: the corpus has none of that name.
+const CorpusSet* find_set(const Corpus& corpus, const std::string& name) {
+  const auto found = std::find_if(corpus.sets.begin(), corpus.sets.end(),
+                                  [&](const CorpusSet& set) { return set.name == name; });
+  return found == corpus.sets.end() ? nullptr : &*found;
 }
 
 Entry& add_entry(const Json& results, const std::string& file, const Json& name, const Json& description,
@@ -105,13 +105,18 @@ void add_paths(const Json& results, const std::string& file, const Corpus& corpu
   std::set<std::string> found;
   for (const Json& json : results.value("path_sets", Json::array())) {
     const FiledPathSet set = path_set_of(json);
-    if (!has_set(corpus, set.name)) continue;
+    const CorpusSet* const of = find_set(corpus, set.name);
+    if (of == nullptr) continue;
+    if (set.poses != of->poses || set.paths != of->cases / of->poses)
+      throw InputError("has " + std::to_string(set.paths) + " paths of " + std::to_string(set.poses) +
+                       " poses of the corpus's set '" + set.name + "', which has " +
+                       std::to_string(of->cases / of->poses) + " of " + std::to_string(of->poses));
     found.insert(set.name);
     if (std::none_of(into.path_sets.begin(), into.path_sets.end(),
                      [&](const FiledPathSet& known) { return known.name == set.name; }))
       into.path_sets.push_back(set);
     for (const Json& backend : json.at("backends"))
-      entry_of(results, file, backend, first, into).paths[set.name] = path_cell_of(backend);
+      entry_of(results, file, backend, first, into).paths[set.name] = path_cell_of(backend, set.paths);
   }
   for (const CorpusSet& set : corpus.sets)
     if (set.is_paths() && !found.contains(set.name))
@@ -128,10 +133,13 @@ void check_whole(const Corpus& corpus, std::size_t first, const BenchResults& in
       if (found == entry.sets.end())
         throw InputError("'" + entry.engine + "' lacks the corpus's set '" + set.name + "'");
       for (const Cell& cell : found->second) {
-        if (cell.wrong.cases == set.cases) continue;
-        throw InputError("'" + entry.engine + "' has " + std::to_string(cell.wrong.cases) +
-                         " pairs of the corpus's set '" + set.name + "', which has " +
-                         std::to_string(set.cases));
+        if (cell.wrong.cases != set.cases)
+          throw InputError("'" + entry.engine + "' has " + std::to_string(cell.wrong.cases) +
+                           " pairs of the corpus's set '" + set.name + "', which has " +
+                           std::to_string(set.cases));
+        if (cell.cost.count > set.cases)
+          throw InputError("'" + entry.engine + "' has costs of more pairs than the corpus's set '" +
+                           set.name + "' has");
       }
     }
   }
@@ -148,7 +156,7 @@ void add_entries(const Json& results, const std::string& file, const Corpus& cor
   }
   for (const Json& set : results.at("pair_sets")) {
     const std::string name = set.at("name");
-    if (!has_set(corpus, name)) continue;  // somebody's own pairs, measured in the same run
+    if (find_set(corpus, name) == nullptr) continue;  // somebody's own pairs, measured in the same run
     if (std::find(into.sets.begin(), into.sets.end(), name) == into.sets.end()) into.sets.push_back(name);
     for (const Json& backend : set.at("backends")) {
       for (std::size_t e = first; e < into.entries.size(); ++e) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstddef>
 #include <initializer_list>
 #include <string>
 #include <utility>
@@ -19,6 +20,16 @@ inline void read_counts(const Json& json, std::initializer_list<std::pair<const 
   for (const auto& [name, count] : into) {
     if (!json.at(name).is_number_unsigned()) throw InputError(std::string("'") + name + "' is no count");
     json.at(name).get_to(count);
+  }
+}
+
+/// Refuses counts that are parts of a whole and add up to more. Not by
+/// their sum: that of hostile counts goes round. @param complaint says which
+inline void check_parts(std::initializer_list<std::size_t> parts, std::size_t whole, const char* complaint) {
+  std::size_t left = whole;
+  for (const std::size_t part : parts) {
+    if (part > left) throw InputError(complaint);
+    left -= part;
   }
 }
 

@@ -36,7 +36,8 @@ struct FiledPathSet {
 };
 
 FiledPathSet path_set_of(const Json& json);
-/// @param json a backend of a set of paths in results.json.
-PathCell path_cell_of(const Json& json);
+/// @param json a backend of a set of paths in results.json. @param paths of the set
+/// @throws InputError for figures that are none, as counts.hpp, and counts of more than there is.
+PathCell path_cell_of(const Json& json, std::size_t paths);
 
 }  // namespace touchstone::comparison
