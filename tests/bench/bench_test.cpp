@@ -172,6 +172,11 @@ TEST_F(Bench, EveryRedCellOpensItsCaseAndAReproduction) {
     EXPECT_THAT(text, HasSubstr("penetrating, signed distance -"));
   }
   EXPECT_GE(links, 1);  // edge_face misses what is contained
+  // The history says when, and by which version of ours.
+  const Json ours = Json::parse(read(folder_ / "ours.json"));
+  EXPECT_THAT(index.substr(index.find("<section id='history'>")),
+              HasSubstr("<td>" + ours.at("date").get<std::string>() + ", touchstone " +
+                        ours.at("version").get<std::string>() + "</td>"));
   // Names are escaped, raw results are copied, and pages ask nothing of other hosts.
   EXPECT_THAT(index, HasSubstr("href='cases/containment.html#containment_edge_face_overlap'"));
   EXPECT_THAT(index, HasSubstr("flush &lt;boxes&gt;"));

@@ -85,6 +85,9 @@ Entry& add_entry(const Json& results, const std::string& file, const Json& name,
   entry.description = description;
   entry.file = std::filesystem::path(file).filename().string();
   entry.machine = results.at("machine").at("cpu").get<std::string>();
+  const std::string date = results.value("date", "");  // results of older versions have none
+  entry.measured =
+      date + (date.empty() ? "" : ", ") + "touchstone " + results.at("version").get<std::string>();
   return entry;
 }
 

@@ -33,6 +33,7 @@ struct Cell {
 struct Entry {
   std::string engine, description;  ///< the description carries the version
   std::string file, machine;
+  std::string measured;  ///< "2026-11-28, touchstone 0.2.0": when, and by which version of ours
   std::map<std::string, std::array<Cell, 3>> sets;  ///< by set and QueryKind
   std::map<std::string, PathCell> paths;            ///< by set of paths
 

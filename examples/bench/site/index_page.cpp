@@ -88,6 +88,8 @@ double mean_ns(const Entry& entry, QueryKind query) {
   return sum / static_cast<double>(entry.sets.size());
 }
 
+std::string ns_text(double ns) { return std::isnan(ns) ? "-" : fmt::format("{:.0f}", ns); }
+
 std::string table(const BenchResults& results, std::vector<Entry> newest,
                   const std::vector<std::string>& marks, QueryKind query) {
   std::erase_if(newest, [&](const Entry& entry) { return entry.wrong(query).supported() == 0; });
@@ -101,11 +103,9 @@ std::string table(const BenchResults& results, std::vector<Entry> newest,
   header.insert(header.end(), results.sets.begin(), results.sets.end());
   HtmlTable rows(header);
   for (const Entry& entry : newest) {
-    const double ns = mean_ns(entry, query);
     std::vector<std::string> row = {fmt::format("<span title='{}'>{}{}</span>", xml_text(entry.description),
                                                 mark_svg(marks, entry.engine), xml_text(entry.engine)),
-                                    format_count(entry.wrong(query).total()),
-                                    std::isnan(ns) ? "-" : fmt::format("{:.0f}", ns)};
+                                    format_count(entry.wrong(query).total()), ns_text(mean_ns(entry, query))};
     for (const std::string& set : results.sets) row.push_back(markup(entry, set, query));
     rows.add_markup(row);
   }
@@ -137,7 +137,8 @@ std::string plots(const BenchResults& results, const std::vector<Entry>& newest,
 // ---- history
 
 std::string history(const BenchResults& results) {
-  HtmlTable rows({"engine", "version", "file", "overlap", "distance", "manifold", "worst distance over S"});
+  HtmlTable rows({"engine", "version", "measured", "file", "overlap", "distance", "manifold",
+                  "worst distance over S", "distance, mean of medians [ns]"});
   // A row a file, engine by engine.
   std::set<std::string> names;
   for (const Entry& entry : results.entries)
@@ -145,7 +146,7 @@ std::string history(const BenchResults& results) {
   for (const std::string& name : names) {
     for (const Entry& entry : results.entries) {
       if (entry.engine != name) continue;
-      std::vector<std::string> row = {xml_text(name), xml_text(entry.description),
+      std::vector<std::string> row = {xml_text(name), xml_text(entry.description), xml_text(entry.measured),
                                       fmt::format("<a href='raw/{0}'>{0}</a>", xml_text(entry.file))};
       for (const QueryKind query : kQueryKinds) {
         const Wrongness wrong = entry.wrong(query);
@@ -155,11 +156,13 @@ std::string history(const BenchResults& results) {
       }
       const double worst = entry.worst_over_scale(QueryKind::distance);
       row.push_back(std::isnan(worst) ? "-" : fmt::format("{:.1e}", worst));
+      row.push_back(ns_text(mean_ns(entry, QueryKind::distance)));
       rows.add_markup(row);
     }
   }
   return "<section id='history'><h2>History by version</h2>\n<p>Every engine of every file, in the order in "
-         "which the files were named: wrong or open answers of those asked.</p>\n" +
+         "which the files were named: wrong or open answers of those asked. Engines of this project have the "
+         "version that measured. Times are comparable on one machine (below) alone.</p>\n" +
          rows.str() + "</section>\n";
 }
 
