@@ -327,9 +327,9 @@ class BuiltNarrowphase {
     }
   }
 
-  /// Pairs between two looks at the clock: `exact` takes 40 ms for their manifolds, and a longer piece makes
-  /// `native` no faster.
-  static constexpr std::size_t kPiece = 256;
+  /// Pairs between two looks at the clock. `exact` takes 70 ms for their manifolds; half as many cost
+  /// `native` one per cent where a pair takes 14 ns.
+  static constexpr std::size_t kPiece = 512;
 
   std::unique_ptr<Narrowphase> narrowphase_;
   std::vector<Hexahedron> solids_;
