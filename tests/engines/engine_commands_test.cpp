@@ -111,7 +111,7 @@ TEST_P(EngineCommands, TellsWhatBeginsToTouchAndParts) {
         engine->push(box, {0, 0, 3 * 3.0 * kGravity}, engine->object_pose(box).p);
     });
     engine->list_contacts(contacts);
-    physics::take_touches(contacts, kStep, events);
+    physics::take_touches(*engine, contacts, events);
     for (const TouchEvent& event : events.events()) {
       EXPECT_GE(event.impulse_W.z(), -1e-9);  // on the box
       EXPECT_EQ(event.solids, (SolidPair{SolidIndex(ground), SolidIndex(box)}));
