@@ -136,6 +136,12 @@ void take_joint_impulse(HeldJoint& held, const ContactRows::Joint& row, double i
   if (t > 0.0) held.last[BodyJoint::kMostRows + static_cast<std::size_t>(row.torque)] = impulse / t;
 }
 
+void keep_forces(double t, const ContactRows& rows, GroupState& group) {
+  for (GroupPoint& point : group.points) point.last_force_W = Vector3::Zero();
+  for (std::size_t i = 0; i < rows.contacts.size(); ++i)
+    group.points[rows.contacts[i].point].last_force_W = rows.impulse_of(i) / t;
+}
+
 void commit(double t, const StepContext& step, GroupState& group, Movers& movers, ContactRows& rows) {
   // Where all are at the end, and how fast.
   sum_impulses(rows);
@@ -148,13 +154,9 @@ void commit(double t, const StepContext& step, GroupState& group, Movers& movers
     held.impulse_W += held.flown.impulse_W;
     held.twist_W += held.flown.twist_W;
   }
-  for (GroupPoint& point : group.points) point.last_force_W = Vector3::Zero();
-  for (std::size_t i = 0; i < rows.contacts.size(); ++i) {
-    GroupPoint& point = group.points[rows.contacts[i].point];
-    const Vector3 impulse = rows.impulse_of(i);
-    point.impulse_W += impulse;
-    point.last_force_W = impulse / t;
-  }
+  keep_forces(t, rows, group);
+  for (std::size_t i = 0; i < rows.contacts.size(); ++i)
+    group.points[rows.contacts[i].point].impulse_W += rows.impulse_of(i);
   for (std::size_t j = 0; j < rows.joints.size(); ++j) {
     const ContactRows::Joint& joint = rows.joints[j];
     if (joint.unit == kNoUnit) {

@@ -11,6 +11,8 @@ bool begin_flight(const Group& group, StepContext& step, Movers& movers);
 /// Without contacts and rows: to Body::flown, Arm::flown_q and flown_qd. @return false: the step fails.
 /// @param t length of the piece [s] @pre begin_flight()
 bool fly(const Group& group, double t, StepContext& step, Movers& movers);
+/// Contacts' impulses over a piece of length t [s] are what the next solve starts from.
+void keep_forces(double t, const ContactRows& rows, GroupState& group);
 /// The piece of length t [s] ends in the flown states and what the rows' impulses make of them.
 void commit(double t, const StepContext& step, GroupState& group, Movers& movers, ContactRows& rows);
 /// An impulse of a joint between movers, among what it did in the step. @param t of the piece it acted over;

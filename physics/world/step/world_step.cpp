@@ -23,6 +23,10 @@ constexpr int kMostTries = 6;
 // many pieces of a step end at one, each found in a few tries.
 constexpr std::uint32_t kMostStops = 4;
 constexpr int kStopTries = 2;
+// A piece whose forces took more Newton steps, as those of a body that comes to lie flat do, is tried again
+// from them. Others start from the last piece's: from forces that just hold they would be off by what the
+// solver leaves.
+constexpr std::uint32_t kEasySteps = 8;
 // Of the rest of the step: after an impact joints move that brakes stop at once.
 constexpr double kProbe = 1e-3;
 // Of groups too large to be solved to the end at any price.
@@ -164,9 +168,14 @@ double take_piece(Clock& clock, bool all, StepContext& step, WorldParts& world) 
     // The piece is flown and solved; a stop within it may shorten it.
     if (!fly(group.members, t, step, movers)) return 0.0;
     gather({Phase::forces, t, is_last, attempt == 0 || is_last}, group, step, movers, rows);
+    const std::uint32_t unconverged = step.report.unconverged, newton_steps = step.report.newton_steps;
     const TriedPiece tried{group, movers, rows, step.settings, t, solve(rows, step, world.solver)};
     const Stop stop = first_stop(tried);
-    if (!is_last && !step.is_work_over() && seek_stop(tried, stop, left, t, search)) continue;
+    if (!is_last && !step.is_work_over() && seek_stop(tried, stop, left, t, search)) {
+      const bool was_hard = step.report.newton_steps - newton_steps > kEasySteps;
+      if (was_hard && step.report.unconverged == unconverged) keep_forces(tried.t, rows, group);
+      continue;
+    }
     if (stop.is_any) step.report.last_stop = std::fmax(step.report.last_stop, elapsed + stop.when);
     if (search.is_aimed && stop.is_any) clock.probe = t;
     // The piece is committed; an arrival within it takes it back and shortens it.

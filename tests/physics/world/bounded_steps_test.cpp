@@ -615,8 +615,9 @@ TEST(BoundedSteps, ACubeThatRattlesLeavesWorkForTheLastPiece) {
     EXPECT_NEAR(scene.world.pose(cube).p.z(), 0.1, 1.1e-4) << run;
   }
   std::printf("%u Newton steps at most, %u pieces, %u solves in all\n", newton_steps, pieces, solves);
-  EXPECT_LT(newton_steps, 80U);  // of 96 runs 113; 148 in 16 pieces when these took all of the work
-  EXPECT_LT(solves, 30000U);     // 30 857 where stops are sought to a thousandth of the gap
+  // 61; 77 where shorter pieces are solved from the last piece's forces. Of 96 runs 107 and 118.
+  EXPECT_LT(newton_steps, 70U);
+  EXPECT_LT(solves, 30000U);  // 30 857 where stops are sought to a thousandth of the gap
 }
 
 TEST(BoundedSteps, WorkMayBeInfinite) {
