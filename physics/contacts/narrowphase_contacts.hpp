@@ -126,6 +126,7 @@ class NarrowphaseContacts {
 
   /// Of both solids of a pair: those that are free where they stand, and of these the ones that stay free.
   struct FreeFaces {
+    /// Its outward normal, and whether it stays free in the step.
     struct Face {
       Vector3 normal_W;
       bool stays;
