@@ -68,8 +68,7 @@ std::string_view reason_of(StepFailure failure) {
       return "its joint values or rates would not be finite, or a joint moves no inertia";
     case StepFailure::latch:
       return "the scene's action has no place: what it latches, lets go, adds or removes is held, free, "
-             "there "
-             "or gone by a command, or would have an inertia that is none to rounding";
+             "there or gone by a command, or would have an inertia that is none to rounding";
   }
   return "";
 }
