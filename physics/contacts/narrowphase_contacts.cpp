@@ -321,8 +321,9 @@ void NarrowphaseContacts::take_block() {
     if (is_fast && status_[i] == PairStatus::separated && geometry_[i].separation > margin_)
       meet_on_path(candidate.pair, geometry_[i]);
     else
-      is_by_poses = take(candidate.pair, status_[i], geometry_[i],
-                         std::span(points_).subspan(i * kMaxManifoldPoints, kMaxManifoldPoints), poses_);
+      is_by_poses =
+          take(candidate.pair, status_[i], geometry_[i],
+               std::span(points_).subspan(i * kMaxManifoldPoints, kMaxManifoldPoints), {poses_, 0.0});
     if (is_by_poses)
       found_.push_back({candidate.pair, status_[i], first, contacts_.size() - first});
     else
@@ -336,14 +337,14 @@ void NarrowphaseContacts::count(PairStatus status) {
   failed_ += status == PairStatus::failed || status == PairStatus::unsupported ? 1 : 0;
 }
 
-/// @param poses at which the points are. @return whether the poses alone decided
+/// @param placed where the points are. @return whether the poses alone decided
 bool NarrowphaseContacts::take(const SolidPair& pair, PairStatus status, const PairGeometry& geometry,
-                               std::span<const ContactPoint> points, std::span<const Pose> poses) {
+                               std::span<const ContactPoint> points, const Placed& placed) {
   if (status == PairStatus::failed || status == PairStatus::unsupported) return true;
   if (!(geometry.separation <= margin_)) return true;
   const std::size_t count = static_cast<std::size_t>(geometry.point_count);
   const CornerTouch corner =
-      keeps_edges_ ? CornerTouch::none : corner_touch(pair, geometry.n_AB_W, points.first(count), poses);
+      keeps_edges_ ? CornerTouch::none : corner_touch(pair, geometry.n_AB_W, points.first(count), placed);
   if (corner == CornerTouch::passes) return false;
   const Part &a = part_of(pair.a), &b = part_of(pair.b);
   const Surface surface = surfaces_.between(part_of_[pair.a], a.surface, part_of_[pair.b], b.surface);

@@ -72,10 +72,15 @@ class NarrowphaseContacts {
     sort_exempt();
   }
 
+  /// After build(): what the narrowphase answers has changed otherwise than by poses; the next find() keeps
+  /// nothing that was found.
+  void look_anew() { was_found_ = false; }
+
   /// Points within the margin where `world` stands now, pair by pair. Friction is the geometric mean of the
   /// two surfaces', restitution the larger, unless set_surfaces() gave others. Pairs closer than their
   /// narrowphase's resolution (`undecided`) count as those that overlap. Pairs of which neither solid's pose
-  /// changed a bit since the last find() keep what was found, where the narrowphase is deterministic.
+  /// changed a bit since the last find() keep what was found, where the narrowphase is deterministic; but
+  /// pairs that pass or close at an edge, which is for velocities to say.
   ///
   /// @param h the step that is to follow [s]. Pairs of which a solid moves by more than half the margin in it
   /// (its velocity now, and what gravity adds) are followed along their paths, as if nothing acted on them:
@@ -138,6 +143,12 @@ class NarrowphaseContacts {
   /// closes.
   enum class CornerTouch : std::uint8_t { none, passes, closes };
 
+  /// Where solids are: the poses that they reach after t [s] of the step.
+  struct Placed {
+    std::span<const Pose> poses;
+    double t;
+  };
+
   bool is_exempt(const SolidPair& pair) const;
   bool is_covered(SolidIndex solid, SolidIndex other, const Vector3& p_W, const Vector3& n_W) const;
   const Part& part_of(SolidIndex solid) const { return parts_[part_of_[solid]]; }
@@ -161,11 +172,11 @@ class NarrowphaseContacts {
   void sort_out(std::size_t count, std::size_t& last);
   void take_block();
   bool take(const SolidPair& pair, PairStatus status, const PairGeometry& geometry,
-            std::span<const ContactPoint> points, std::span<const Pose> poses);
+            std::span<const ContactPoint> points, const Placed& placed);
   CornerTouch corner_touch(const SolidPair& pair, const Vector3& n_AB_W, std::span<const ContactPoint> points,
-                           std::span<const Pose> poses) const;
-  void find_free(SolidIndex solid, SolidIndex other, std::span<const Pose> poses, FreeFaces& free) const;
-  Vector3 velocity_at(SolidIndex solid, const Vector3& p_W) const;
+                           const Placed& placed) const;
+  void find_free(SolidIndex solid, SolidIndex other, const Placed& placed, FreeFaces& free) const;
+  Vector3 velocity_at(SolidIndex solid, const Vector3& p_W, double t) const;
   void count(PairStatus status);
   std::span<const Contact> show(const DynamicsWorld& world);
   void take_awake(const DynamicsWorld& world);

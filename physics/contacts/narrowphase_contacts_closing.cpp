@@ -142,7 +142,7 @@ void NarrowphaseContacts::take_met(const SolidPair& pair, PairStatus status, Pai
   }
   unfollowed_ += kept == 0 ? 1 : 0;
   geometry.point_count = kept;
-  take(pair, status, geometry, points, trial_poses_);
+  take(pair, status, geometry, points, {trial_poses_, t});
 }
 
 }  // namespace touchstone::physics

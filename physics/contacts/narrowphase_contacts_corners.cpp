@@ -30,18 +30,18 @@ double area_of(std::span<const ContactPoint> points) {
 /// each other, between which the normal is chance: a face of one of them has all of the other one beyond it.
 /// It passes where they do not close across such faces in the step. Neither direction needs the other then:
 /// on such an edge what slides down a wall would catch, and columns that touch would stand on each other.
-/// @param points of its manifold, at these poses
+/// @param points of its manifold, as the solids are placed
 NarrowphaseContacts::CornerTouch NarrowphaseContacts::corner_touch(const SolidPair& pair,
                                                                    const Vector3& n_AB_W,
                                                                    std::span<const ContactPoint> points,
-                                                                   std::span<const Pose> poses) const {
+                                                                   const Placed& placed) const {
   // No more than a face that touches: a polygon as long as the smaller solid, and that narrow.
   const double size = std::min(solid_of(pair.a).size(), solid_of(pair.b).size());
   if (points.empty() || area_of(points) > 2.0 * kNarrow * size * size) return CornerTouch::none;
   // Directions that are free.
   FreeFaces free;
-  find_free(pair.a, pair.b, poses, free);
-  find_free(pair.b, pair.a, poses, free);
+  find_free(pair.a, pair.b, placed, free);
+  find_free(pair.b, pair.a, placed, free);
   // It closes unless a direction, or two, stay free.
   CornerTouch touch = CornerTouch::none;
   const std::span<const FreeFaces::Face> faces = std::span(free.faces).first(free.count);
@@ -60,14 +60,14 @@ NarrowphaseContacts::CornerTouch NarrowphaseContacts::corner_touch(const SolidPa
 
 /// Adds the faces of `solid` beyond which all of `other` is, and says whether all of its vertices stay there
 /// in the step.
-void NarrowphaseContacts::find_free(SolidIndex solid, SolidIndex other, std::span<const Pose> poses,
+void NarrowphaseContacts::find_free(SolidIndex solid, SolidIndex other, const Placed& placed,
                                     FreeFaces& free) const {
   const Hexahedron &hexahedron = solid_of(solid), &its = solid_of(other);
   const double room = kNarrow * std::min(hexahedron.size(), its.size());
   // Round edges have normals of their own; a bent solid leaves its faces' planes.
   if (hexahedron.is_rounded() || its.is_rounded() || hexahedron.out_of_plane() > room) return;
-  const Pose& X_WS = poses[solid];
-  const Pose X_SO = compose(inverse(X_WS), poses[other]);
+  const Pose& X_WS = placed.poses[solid];
+  const Pose X_SO = compose(inverse(X_WS), placed.poses[other]);
   const Vector3 middle_S = touchstone::transform(X_SO, its.bounding_sphere().centre);
   for (int f = 0; f < 6; ++f) {
     // Most faces have the other's middle before them.
@@ -79,18 +79,19 @@ void NarrowphaseContacts::find_free(SolidIndex solid, SolidIndex other, std::spa
       const double distance = plane.signed_distance(touchstone::transform(X_SO, vertex));
       now = std::min(now, distance);
       if (!(now >= -room)) break;
-      const Vector3 p_W = touchstone::transform(poses[other], vertex);
-      const double opening = dot(normal_W, velocity_at(other, p_W) - velocity_at(solid, p_W)) * step_;
+      const Vector3 p_W = touchstone::transform(placed.poses[other], vertex);
+      const Vector3 v_W = velocity_at(other, p_W, placed.t) - velocity_at(solid, p_W, placed.t);
+      const double opening = dot(normal_W, v_W) * step_;
       then = std::min(then, distance + std::min(opening, 0.0));
     }
     if (now >= -room) free.faces[free.count++] = {normal_W, then >= -room};
   }
 }
 
-/// Of a solid's point, as its mover goes in the step.
-Vector3 NarrowphaseContacts::velocity_at(SolidIndex solid, const Vector3& p_W) const {
+/// Of a solid's point, as its mover goes in the step, after t of it.
+Vector3 NarrowphaseContacts::velocity_at(SolidIndex solid, const Vector3& p_W, double t) const {
   const Part& part = part_of(solid);
-  return part.v_W + cross(part.w_W, p_W - part.p_W);
+  return part.v_W + cross(part.w_W, p_W - (part.p_W + t * part.v_W));
 }
 
 }  // namespace touchstone::physics
