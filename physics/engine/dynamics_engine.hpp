@@ -126,7 +126,8 @@ class DynamicsEngine {
   /// driven (ramps begin now) or put at a value; a latch or release; a joint between bodies that holds, or
   /// lets go; an object at its initial pose, or gone. Between steps; the next step has it.
   /// @throws InputError, and nothing has changed: validate_action(); "unsupported" what the engine lacks of
-  /// it; a latch that `allowed` says more of than the scene's latch option for the same two does.
+  /// it (all but `own`: latches of two that the scene neither latches nor has an option for); a latch that
+  /// says `allowed`, which the scene's option or latch of the same two does.
   void act(const SceneAction& action);
 
   virtual EngineReturn after_restore() const = 0;

@@ -151,21 +151,34 @@ void SceneEngine::carry_out(const SceneAction& action) {
   }
 }
 
-/// A latch is one that the engine was set up for: of the scene, or one of its options.
+/// What a latch of the two allows that the engine was set up for: a latch of the scene, one of its options or
+/// of its actions.
+/// @return null: there is none
+const std::vector<ExemptPair>* SceneEngine::allowed_of(std::size_t carrier, std::size_t carried) const {
+  const Scene& scene = this->scene().scene;
+  for (const SceneLatchOption& each : this->scene().latch_options)
+    if (each.carrier == carrier && each.carried == carried) return &each.allowed;
+  for (const SceneLatch& each : scene.latches)
+    if (find_object(scene, each.carrier) == carrier && find_object(scene, each.carried) == carried)
+      return &each.allowed;
+  for (const SceneAction& each : this->scene().actions)
+    if (each.kind == SceneAction::Kind::latch && each.carrier == carrier && each.carried == carried)
+      return &each.allowed;
+  return nullptr;
+}
+
 void SceneEngine::take_action(const SceneAction& action) {
   refuse(action);
   SceneAction now = action;
   if (action.kind == SceneAction::Kind::latch) {
     if (!action.allowed.empty())
-      throw InputError("latch: what it allows is said by a latch option of the scene");
-    const auto& options = scene().latch_options;
-    const auto option = std::find_if(options.begin(), options.end(), [&](const SceneLatchOption& each) {
-      return each.carrier == action.carrier && each.carried == action.carried;
-    });
-    if (option == options.end())
-      throw InputError("unsupported: a latch that is no latch option of the scene (" +
-                       object_name(scene(), action.carried) + ")");
-    now.allowed = option->allowed;
+      throw InputError("latch: what it allows is said by the scene's own latch of the two, or its option");
+    const std::vector<ExemptPair>* const allowed = allowed_of(action.carrier, action.carried);
+    if (allowed == nullptr)
+      throw InputError(
+          "unsupported: a latch that is neither a latch option of the scene nor one of its latches (" +
+          object_name(scene(), action.carried) + ")");
+    now.allowed = *allowed;
   }
   carry_out(now);
   apply_drives(true);

@@ -85,6 +85,9 @@ class SceneSimulation {
   /// @throws InputError: as remove(), one that is in, a bad pose, velocities that are not finite.
   void add(std::size_t object, const Pose& X_WO, const Vector3& v_W, const Vector3& w_W);
   bool has(std::size_t object) const { return !pieces_[object].is_out; }
+  /// What the contacts' narrowphase answers has changed otherwise than by poses: all are found anew, and what
+  /// sleeps wakes. Between steps; does not allocate.
+  void look_anew();
 
   bool is_over() const { return steps_ >= scene_->step_count(); }
   std::uint64_t steps() const { return steps_; }  ///< taken
@@ -202,7 +205,7 @@ class SceneSimulation {
   // scene_simulation_latches.cpp
   bool may_latch(std::size_t carrier, std::size_t carried) const;
   bool carry_out(const SceneAction& action, std::size_t latch);
-  std::size_t option_of(const SceneAction& action) const;
+  std::size_t latch_of(const SceneAction& action) const;
   std::size_t first_option() const { return scene_->scene.latches.size() + scene_->actions.size(); }
   void latch(std::size_t carrier, std::size_t carried, std::size_t latch);
   void capture_by_link(const Mover& link, const RigidBody& body, const RigidBodyState& state);

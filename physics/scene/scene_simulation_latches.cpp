@@ -93,12 +93,22 @@ bool SceneSimulation::carry_out(const SceneAction& action, std::size_t latch_ind
   return true;
 }
 
-/// The latch of the scene's option for the same two objects, or none.
-std::size_t SceneSimulation::option_of(const SceneAction& action) const {
-  for (std::size_t i = 0; i < scene_->latch_options.size(); ++i) {
-    const SceneLatchOption& option = scene_->latch_options[i];
-    if (option.carrier == action.carrier && option.carried == action.carried) return first_option() + i;
-  }
+/// The scene's option for the same two objects, else its latch or its action, or none.
+std::size_t SceneSimulation::latch_of(const SceneAction& action) const {
+  const auto is_same = [&](std::size_t carrier, std::size_t carried) {
+    return carrier == action.carrier && carried == action.carried;
+  };
+  for (std::size_t i = 0; i < scene_->latch_options.size(); ++i)
+    if (is_same(scene_->latch_options[i].carrier, scene_->latch_options[i].carried))
+      return first_option() + i;
+  const Scene& scene = scene_->scene;
+  for (std::size_t i = 0; i < scene.latches.size(); ++i)
+    if (is_same(find_object(scene, scene.latches[i].carrier), find_object(scene, scene.latches[i].carried)))
+      return i;
+  for (std::size_t i = 0; i < scene_->actions.size(); ++i)
+    if (scene_->actions[i].kind == SceneAction::Kind::latch &&
+        is_same(scene_->actions[i].carrier, scene_->actions[i].carried))
+      return scene.latches.size() + i;
   return kNoLatch;
 }
 
@@ -110,10 +120,10 @@ void SceneSimulation::act(const SceneAction& action) {
   }
   validate_action(*scene_, action, now);
   if (!action.allowed.empty())
-    throw InputError("latch: what it allows is said by a latch option of the scene");
+    throw InputError("latch: what it allows is said by the scene's own latch of the two, or its option");
   if (action.kind == SceneAction::Kind::drive) return set_drive(action.joint, action.drive);
   if (action.kind == SceneAction::Kind::set_joint) return set_joint(action.joint, action.value, action.rate);
-  if (!carry_out(action, option_of(action)))
+  if (!carry_out(action, latch_of(action)))
     throw InputError("act: object '" + name_of(action.carried) + "': a body would have no valid inertia");
   change_contacts();
 }
@@ -195,6 +205,12 @@ void SceneSimulation::come(std::size_t object, const Pose& X_WO, const Vector3& 
   if (!is_valid_pose(X_WO)) throw InputError("add: " + piece.name + ": a bad pose");
   world_->set_body(piece.root_mover.index, *piece.body, piece.body->state(X_WO, v_W, w_W));
   piece.is_out = false;
+}
+
+void SceneSimulation::look_anew() {
+  for (std::size_t i = 0; i < pieces_.size(); ++i)
+    if (const auto body = dynamic_body(i)) world_->wake(*body);
+  contacts_->look_anew();
 }
 
 void SceneSimulation::remove(std::size_t object) {

@@ -171,7 +171,7 @@ TEST_P(EngineCommands, AJointPutAtAValueGoesOnFromThere) {
   expect_error("turned on at [rad/s]", std::abs(turning->joint_rate({0, 0}) + 0.2), 1e-12, 1e-9);
 }
 
-/// A rod on a hinge, a box on the ground and one above it that a joint between bodies may hold.
+/// A rod on a hinge, a box on the ground and one above it, which a latch or a joint may hold.
 DynamicScene told_scene() {
   DynamicScene scene = empty_scene(0.4);
   add_ground(scene);
@@ -193,7 +193,7 @@ DynamicScene told_scene() {
 TEST_P(EngineCommands, WhatAProgramTellsIsWhatAnActionOfTheSceneDoes) {
   using Kind = physics::SceneAction::Kind;
   constexpr std::size_t kBox = 2, kLoad = 3;
-  std::vector<physics::SceneAction> actions(8);
+  std::vector<physics::SceneAction> actions(11);
   for (std::size_t i = 0; i < actions.size(); ++i) actions[i].time = 0.1, actions[i].joint = {0, 0};
   actions[0].drive.drive.torque = 2.0, actions[0].drive.ramp = 3.0;
   actions[1].drive.drive.mode = physics::JointDrive::Mode::rate, actions[1].drive.drive.rate = 0.3;
@@ -203,14 +203,33 @@ TEST_P(EngineCommands, WhatAProgramTellsIsWhatAnActionOfTheSceneDoes) {
   actions[5].kind = Kind::remove, actions[5].carried = kLoad;
   actions[6].kind = Kind::latch, actions[6].carrier = kBox, actions[6].carried = kLoad;
   actions[7].kind = Kind::add, actions[7].carried = kLoad;
+  actions[8].kind = Kind::release, actions[8].carried = kLoad;
+  actions[9].kind = Kind::join, actions[10].kind = Kind::part;
+  actions[9].joint = actions[10].joint = {physics::JointAddress::kBodyJoint, 0};
   for (const physics::SceneAction& action : actions) {
     SCOPED_TRACE(static_cast<int>(&action - actions.data()));
     DynamicScene told = told_scene();
     if (!can(EngineFeature::arms)) told.mechanisms.clear(), told.bodies[1].kind = BodyKind::fixed;
     if (action.kind == Kind::latch && can(EngineFeature::latches))
       told.latch_options.push_back({kBox, kLoad});
+    if (action.kind == Kind::release) {
+      if (!can(EngineFeature::latches)) continue;
+      told.actions = {actions[6]};
+      told.actions[0].time = 0.02;
+    }
+    if (action.kind == Kind::join || action.kind == Kind::part) {
+      if (!can(EngineFeature::body_joints)) continue;
+      physics::SceneBodyJoint joint;
+      joint.name = "joint";
+      joint.kind = physics::BodyJointKind::hinge;
+      joint.parent = kBox, joint.child = kLoad;
+      joint.p_W = {0.1, 0, 0.2};
+      joint.axis_W = {0, 1, 0};
+      joint.is_on = action.kind == Kind::part;
+      told.joints.push_back(joint);
+    }
     DynamicScene acting = told;
-    acting.actions = {action};
+    acting.actions.push_back(action);
     const bool is_of_arm = action.kind == Kind::drive || action.kind == Kind::set_joint;
     if (is_of_arm && !can(EngineFeature::arms)) continue;
     const auto engine = engines().make(GetParam(), told);
@@ -268,6 +287,7 @@ TEST_P(EngineCommands, AnActionThatAProgramLeftNoPlaceForFailsAndIsNamed) {
   struct Case {
     std::vector<physics::SceneAction> scene;
     physics::SceneAction told, mend;
+    bool has_option = true;  // for the latch; else the scene's own action is what engines are set up for
   };
   const Case cases[] = {
       {{latch}, latch, release},
@@ -276,12 +296,13 @@ TEST_P(EngineCommands, AnActionThatAProgramLeftNoPlaceForFailsAndIsNamed) {
       {{action(Kind::remove, 0.1, 0, kLoad)}, latch, release},
       {{action(Kind::remove, 0.02, 0, kLoad), action(Kind::add, 0.1, 0, kLoad)}, latch, release},
       {{latch}, action(Kind::remove, 0.0, 0, kLoad), action(Kind::add, 0.0, 0, kLoad)},
+      {{action(Kind::latch, 0.02, kBox, kLoad), release}, release, latch, false},
   };
   for (const Case& each : cases) {
     SCOPED_TRACE(&each - cases);
     DynamicScene scene = told_scene();
     if (!can(EngineFeature::arms)) scene.mechanisms.clear(), scene.bodies[1].kind = BodyKind::fixed;
-    scene.latch_options = {{kBox, kLoad}};
+    if (each.has_option) scene.latch_options = {{kBox, kLoad}};
     scene.actions = each.scene;
     const auto engine = engines().make(GetParam(), scene);
     while (engine->steps() < 50) take_step(*engine, [] {});
