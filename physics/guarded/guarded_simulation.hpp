@@ -128,14 +128,15 @@ class GuardedSimulation {
   bool latch_now(std::size_t option);
   bool release_now(std::size_t carried);
   /// Switches an object. While it is off it meets nothing, by force or proof. What is out stays out, and is
-  /// on or off when it comes. @throws InputError: no such object.
+  /// on or off when it comes; what overlaps as it comes on may part, as at the start. @throws InputError: no
+  /// such object.
   void select(std::size_t object, bool is_on);
   /// SceneSimulation::remove(), from the proof, too: it stays where it is shown, and meets nothing.
   void remove(std::size_t object);
   /// SceneSimulation::add(), to the proof, too; the next step's shown poses are proven with it. proof() is
   /// then of the frame that brought it.
   /// @throws InputError as there; where it would be within half of the gap of what it does not pass through
-  /// by `cue`: it stays out.
+  /// by `cue`: it stays out. What is off may be anywhere.
   void add(std::size_t object, const Pose& X_WO, const Vector3& v_W, const Vector3& w_W);
   /// Sets the policy of pairs that no rule names.
   void set_policy(GuardPolicy policy);
@@ -174,6 +175,7 @@ class GuardedSimulation {
   void set_policies();
   void set_policy(std::size_t a, std::size_t b, GuardPolicy policy);
   void see(std::size_t a, std::size_t b);
+  void look_anew();
   void show(std::size_t object);
   std::size_t too_near(std::size_t object) const;
   void set_pair_rules();

@@ -269,15 +269,23 @@ void GuardedSimulation::set_pair_rules() {
 void GuardedSimulation::set_policy(GuardPolicy policy) {
   settings_.policy = policy;
   set_policies();
+  look_anew();
   world_.set_default_rule({.policy = policy_in_world(policy)});
   set_pair_rules();
   world_.prepare();
+}
+
+/// After see(): what rests keeps no contact that there is none of now.
+void GuardedSimulation::look_anew() {
+  simulation_.look_anew();
+  if (touching_) touching_->look_anew();
 }
 
 /// Dynamics and the proof see the object if it is on and in, from now on.
 void GuardedSimulation::show(std::size_t object) {
   for (std::size_t b = 0; b < objects_.size(); ++b)
     if (b != object) see(object, b);
+  look_anew();
   world_.select(SelectionChange::of(objects_[object], is_on_[object] != 0 && is_out_[object] == 0));
   world_.prepare();
 }

@@ -579,10 +579,24 @@ TEST(GuardedSimulation, BodiesComeAndGoWhereThereIsRoom) {
   run.add(2, at({0, 0, 0.31}), kZero, kZero);
   go(300);
   EXPECT_NEAR(shown_separation(scene, run, 1, 2), kGap, 2e-9);
+  // What lies on it falls when it is switched off.
+  const Pose lies = run.shown_pose(2);
+  run.select(1, false);
+  for (int i = 0; i < 100; ++i) ASSERT_EQ(run.step().dynamics.failure, StepFailure::none);
+  EXPECT_NEAR(run.shown_pose(2).p.z(), lies.p.z() - 0.05, 1e-3);
+  run.remove(2);
+  run.select(1, true);
+  run.add(2, lies, kZero, kZero);
+  go(10);
+  EXPECT_NEAR(run.shown_pose(2).p.z(), lies.p.z(), 1e-8);
   run.remove(1);
   run.select(1, true);  // out all the same: it bears nothing
   go(300);
   EXPECT_NEAR(shown_separation(scene, run, 0, 2), kGap, 2e-9);
+  // And through what it may pass from now on.
+  run.set_policy(GuardPolicy::cue);
+  for (int i = 0; i < 100; ++i) ASSERT_EQ(run.step().dynamics.failure, StepFailure::none);
+  EXPECT_NEAR(run.shown_pose(2).p.z(), 0.05, 1e-3);
 }
 
 TEST(GuardedSimulation, WhatStandsOverASlotOfItsWidthGathersNoMomentum) {
