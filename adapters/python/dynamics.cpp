@@ -56,6 +56,7 @@ class Run {
   std::uint64_t advance(std::uint64_t steps) {
     DynamicsEngine& engine = get();
     std::uint64_t taken = 0;
+    last_ = {};  // what a step failed for may have its place now
     {
       const Stepping stepping(*this);
       const py::gil_scoped_release unlocked;

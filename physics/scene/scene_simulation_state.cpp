@@ -90,7 +90,8 @@ void SceneSimulation::reserve(std::size_t contacts) {
 bool SceneSimulation::rests(std::size_t object) const { return !world_->is_restless(pieces_[object].mover); }
 
 bool SceneSimulation::are_asleep(const SolidPair& solids) const {
-  return rests(object_of_[solids.a]) && rests(object_of_[solids.b]) && world_->sleepers() > 0;
+  const std::size_t a = object_of_[solids.a], b = object_of_[solids.b];
+  return has(a) && has(b) && rests(a) && rests(b) && world_->sleepers() > 0;
 }
 
 void SceneSimulation::take_touches() {

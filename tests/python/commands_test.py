@@ -1,5 +1,7 @@
 """What a program tells a running simulation: pushes, drives, latches, bodies that come and go, and back in time."""
 
+import pathlib
+import tempfile
 import unittest
 
 import numpy as np
@@ -152,6 +154,54 @@ class Commands(unittest.TestCase):
         run.push("box", force=[0, 0, 4000])  # 4 m/s up
         run.advance(10)
         self.assertEqual(len(run.touches), 0)
+
+    def test_what_is_removed_beside_a_sleeper_ends_touching(self):
+        scene = touchstone.DynamicScene("sleepers", 2.0, gravity=[0, 0, -10])
+        scene.sleep_time = 0.2
+        scene.add(block("ground", (9, 4, 1)), at(0, 0, -0.5), kind="static")
+        for name, x in (("box", 0), ("other", 3)):
+            scene.add(block(name), at(x, 0, 0.5), mass=1.0)
+        run = touchstone.Simulation(scene)
+        run.watch_touches()
+        run.advance(1000)
+        self.assertEqual(sorted(run.touches["kind"]), [1, 1])
+        run.remove("box")
+        run.advance()
+        self.assertEqual(sorted(zip(run.touches["solid_b"], run.touches["kind"])), [(1, 2), (2, 1)])
+        run.advance()
+        self.assertEqual(list(zip(run.touches["solid_b"], run.touches["kind"])), [(2, 1)])
+
+
+class AFailedAction(unittest.TestCase):
+    SCENE = """name: two
+units: {length: m, angle: deg}
+frame_rate: 50
+contact_gap: 1.0e-9
+policy: cue
+duration: 0.2
+objects:
+  - {name: a, pose: {position: [0, 0, 0]}, hexahedra: [{name: a, box: {size: [1, 1, 1]}}]}
+  - {name: b, pose: {position: [3, 0, 0]}, hexahedra: [{name: b, box: {size: [1, 1, 1]}}]}
+dynamics:
+  step: 0.001
+  bodies: [{object: a, kind: dynamic, mass: 1}, {object: b, kind: dynamic, mass: 1}]
+  actions: [{time: 0.1, latch: {carrier: a, carried: b}}]
+"""
+
+    def test_the_run_goes_on_once_it_has_its_place(self):
+        if not hasattr(touchstone, "load_dynamic_scene"):
+            self.skipTest("built without scene files")
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder, "two.yaml")
+            path.write_text(self.SCENE)
+            run = touchstone.Simulation(touchstone.load_dynamic_scene(str(path)))
+        run.latch("b", "a")
+        for _ in range(2):
+            with self.assertRaisesRegex(RuntimeError, "latch: object 'b'"):
+                run.advance(150)
+            self.assertEqual(run.steps, 100)
+        run.release("b")
+        self.assertEqual(run.advance(50), 50)
 
 
 class BackInTime(unittest.TestCase):
