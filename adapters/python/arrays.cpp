@@ -45,7 +45,10 @@ Doubles doubles(const py::handle& from, const char* name, std::initializer_list<
   if (!has_shape(given, shape)) reject(name, "shape is " + shape_text(given) + ", must be " + letters);
   // Forced: NumPy calls it unsafe to narrow long doubles.
   auto made = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(given);
-  if (!made) reject(name, "cannot be converted to doubles");  // beyond their range, where NumPy raises that
+  if (!made)
+    reject(name,
+           "cannot be converted to doubles, or there is no memory for them");  // beyond their range, where
+                                                                               // NumPy raises that
   return aligned(py::reinterpret_steal<Doubles>(made.release()));
 }
 

@@ -125,7 +125,7 @@ class Pairs {
     if (kind != 'i' && kind != 'u' && given.size() > 0)
       throw py::type_error("pairs: dtype is " + std::string(py::str(given.dtype())) + ", must be integers");
     const auto wide = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>::ensure(given);
-    if (!wide) reject("pairs", "cannot be converted to integers");
+    if (!wide) reject("pairs", "cannot be converted to integers, or there is no memory for them");
     std::vector<py::ssize_t> shape(wide.shape(), wide.shape() + wide.ndim());
     PairArray narrow(shape);
     for (py::ssize_t i = 0; i < wide.size(); ++i) {

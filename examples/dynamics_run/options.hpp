@@ -22,7 +22,7 @@ struct Options {
   std::size_t every = 1;            ///< n-th step is recorded
   int repetitions = 3;              ///< of each run: a step's time is that of its fastest
   double deadline = 0.0;            ///< of a step, for its 99.9th percentile [s]; 0: the scene's step
-  double error = 0.0;               ///< allowed of every figure, in its unit; 0: the scenes' own
+  double error = 0.0;  ///< allowed of every figure, in its unit or as a share; 0: the scenes' own
   robot_files::RobotChoices robots{};
   bool list = false;
 };
