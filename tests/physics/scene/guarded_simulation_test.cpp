@@ -580,12 +580,13 @@ TEST(GuardedSimulation, BodiesComeAndGoWhereThereIsRoom) {
   go(300);
   EXPECT_NEAR(shown_separation(scene, run, 1, 2), kGap, 2e-9);
   // What lies on it falls when it is switched off.
-  const Pose lies = run.shown_pose(2);
+  const Pose bears = run.shown_pose(1), lies = run.shown_pose(2);
   run.select(1, false);
   for (int i = 0; i < 100; ++i) ASSERT_EQ(run.step().dynamics.failure, StepFailure::none);
   EXPECT_NEAR(run.shown_pose(2).p.z(), lies.p.z() - 0.05, 1e-3);
-  run.remove(2);
+  for (const std::size_t object : {1u, 2u}) run.remove(object);
   run.select(1, true);
+  run.add(1, bears, kZero, kZero);
   run.add(2, lies, kZero, kZero);
   go(10);
   EXPECT_NEAR(run.shown_pose(2).p.z(), lies.p.z(), 1e-8);
