@@ -19,7 +19,7 @@ constexpr double kPointWork = 500.0;
 // it. Such levers are rounding, or less than places of contact points are known to; what is driven against
 // the axis would turn the joint by the inverse of it.
 constexpr double kLeastLever = 0x1p-28;
-// Of the contact gap: what parts, or is turned aside, by less in a piece is at rest, and keeps its bits.
+// Of the contact gap: what is turned aside by less in a piece is at rest, and keeps its bits.
 constexpr double kParts = 1.0;
 
 /// A spring and a damper: see Gathering::make_linear().
@@ -53,9 +53,7 @@ class Gathering {
         rows_(rows),
         // What is commanded gives energy of its own, and stops what turns within a step. Bodies deep in each
         // other get the share of impulses that gives none (IslandSolver::limit_energy).
-        holds_at_end_(wanted.phase == Phase::forces && !is_pressed && !step.is_soft),
-        // Many contacts come to rest sooner where they are stopped.
-        may_return_(holds_at_end_ && !step.is_resting) {}
+        holds_at_end_(wanted.phase == Phase::forces && !is_pressed && !step.is_soft) {}
 
   void prepare_units(const Group& group);
   void add_contact(std::size_t index, const GroupPoint& point);
@@ -65,7 +63,6 @@ class Gathering {
  private:
   Vector3 to_end(const Vector3& gained_W) const;
   Vector3 to_end(const GroupPoint& point, const Body& body) const;
-  double returning(const GroupPoint& point) const;
   Vector3 add_side(const Mover& mover, const GroupPoint& point, const Vector3& act_W,
                    const ContactRows::Contact& contact, ContactRows::Side& side, double* b);
   std::size_t add_joint(const ContactRows::Joint& joint, double b, double commanded,
@@ -82,7 +79,6 @@ class Gathering {
   Movers& movers_;
   ContactRows& rows_;
   const bool holds_at_end_;  // see to_end()
-  const bool may_return_;    // see returning()
   std::size_t next_contact_ = 0, next_joint_ = 0;
   Vector3 act_W_ = Vector3::Zero();  // where the joint between movers that is being added acts
 };
@@ -132,13 +128,6 @@ Vector3 Gathering::to_end(const GroupPoint& point, const Body& body) const {
 /// What a point at rest gains is left out: it keeps its bits.
 Vector3 Gathering::to_end(const Vector3& gained_W) const {
   return norm(gained_W) * wanted_.t > kParts * settings_.contact_gap ? gained_W : Vector3(Vector3::Zero());
-}
-
-/// The speed that a point which parts as the piece begins may come back with: the gap that it makes is closed
-/// by then, and what presses it before would lift it.
-double Gathering::returning(const GroupPoint& point) const {
-  const bool parts = point.approach_v * wanted_.t > kParts * settings_.contact_gap;
-  return parts && may_return_ ? point.approach_v : 0.0;
 }
 
 /// Takes the side up. Returns a body's velocity at the point; a mechanism's goes to b, by its rows.
@@ -219,7 +208,7 @@ void Gathering::add_contact(std::size_t index, const GroupPoint& point) {
                           ? point.separation / wanted_.t
                           : 0.0;
   b[0] = wanted_.phase == Phase::parting ? (point.separation + point.allowed_depth) / wanted_.t
-                                         : bounce * b[0] + room + returning(point);
+                                         : bounce * b[0] + room;
   commanded = bounce * commanded + room;
   contact.room = room;
   rows_.commanded.push_back(commanded);

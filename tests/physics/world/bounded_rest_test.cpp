@@ -129,7 +129,8 @@ TEST(BoundedSteps, WhatTumblesToRestGainsNoEnergy) {
       }
     }
     std::printf("tumbling by %.4f s: a step gives %.1e J at most, all %.1e J\n", h, most, sum);
-    EXPECT_LT(sum, 1e-4) << h;
+    // 9.4e-4 and 1.3e-3 where the laws hold for velocities of the middle of a step.
+    EXPECT_LT(sum, h > 2e-3 ? 6e-4 : 5e-5) << h;
   }
 }
 
