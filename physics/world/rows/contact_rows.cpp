@@ -19,8 +19,6 @@ constexpr double kPointWork = 500.0;
 // it. Such levers are rounding, or less than places of contact points are known to; what is driven against
 // the axis would turn the joint by the inverse of it.
 constexpr double kLeastLever = 0x1p-28;
-// Of the contact gap: what is turned aside by less in a piece is at rest, and keeps its bits.
-constexpr double kParts = 1.0;
 
 /// A spring and a damper: see Gathering::make_linear().
 struct LinearForce {
@@ -125,9 +123,10 @@ Vector3 Gathering::to_end(const GroupPoint& point, const Body& body) const {
   return to_end(cross(body.w_W, Vector3((0.5 * wanted_.t) * (point.path_v_W - body.v_W))));
 }
 
-/// What a point at rest gains is left out: it keeps its bits.
+/// What a point gains that it turns aside by less than the contact gap is left out: at rest it keeps its
+/// bits.
 Vector3 Gathering::to_end(const Vector3& gained_W) const {
-  return norm(gained_W) * wanted_.t > kParts * settings_.contact_gap ? gained_W : Vector3(Vector3::Zero());
+  return norm(gained_W) * wanted_.t > settings_.contact_gap ? gained_W : Vector3(Vector3::Zero());
 }
 
 /// Takes the side up. Returns a body's velocity at the point; a mechanism's goes to b, by its rows.
