@@ -10,6 +10,7 @@
 #include "touchstone/contact_core/native/native.hpp"
 #include "touchstone/contact_core/scene/motion.hpp"
 #include "touchstone/contact_core/scene/scene_instance.hpp"
+#include "touchstone/physics/scene/scene_latches.hpp"
 
 namespace touchstone::physics {
 namespace {
@@ -151,34 +152,20 @@ void SceneEngine::carry_out(const SceneAction& action) {
   }
 }
 
-/// What a latch of the two allows that the engine was set up for: a latch of the scene, one of its options or
-/// of its actions.
-/// @return null: there is none
-const std::vector<ExemptPair>* SceneEngine::allowed_of(std::size_t carrier, std::size_t carried) const {
-  const Scene& scene = this->scene().scene;
-  for (const SceneLatchOption& each : this->scene().latch_options)
-    if (each.carrier == carrier && each.carried == carried) return &each.allowed;
-  for (const SceneLatch& each : scene.latches)
-    if (find_object(scene, each.carrier) == carrier && find_object(scene, each.carried) == carried)
-      return &each.allowed;
-  for (const SceneAction& each : this->scene().actions)
-    if (each.kind == SceneAction::Kind::latch && each.carrier == carrier && each.carried == carried)
-      return &each.allowed;
-  return nullptr;
-}
-
+/// A latch is one that the engine was set up for: of the scene, of its actions, or one of its options.
 void SceneEngine::take_action(const SceneAction& action) {
   refuse(action);
   SceneAction now = action;
   if (action.kind == SceneAction::Kind::latch) {
     if (!action.allowed.empty())
       throw InputError("latch: what it allows is said by the scene's own latch of the two, or its option");
-    const std::vector<ExemptPair>* const allowed = allowed_of(action.carrier, action.carried);
-    if (allowed == nullptr)
+    const std::size_t latch = latch_between(scene(), action.carrier, action.carried);
+    if (latch == kNoLatch)
       throw InputError(
           "unsupported: a latch that is neither a latch option of the scene nor one of its latches (" +
           object_name(scene(), action.carried) + ")");
-    now.allowed = *allowed;
+    const std::span<const ExemptPair> allowed = allowed_by(scene(), latch);
+    now.allowed.assign(allowed.begin(), allowed.end());
   }
   carry_out(now);
   apply_drives(true);

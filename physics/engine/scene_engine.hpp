@@ -133,7 +133,6 @@ class SceneEngine : public DynamicsEngine {
   bool is_carried(std::size_t body) const;
   std::string why_not(const SceneAction& action) const;
   void carry_out(const SceneAction& action);
-  const std::vector<ExemptPair>* allowed_of(std::size_t carrier, std::size_t carried) const;
   void hold(std::size_t carrier, std::size_t carried, std::span<const ExemptPair> allowed);
   void let_go(std::size_t carried);
   void find_roots();

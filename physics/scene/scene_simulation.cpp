@@ -143,11 +143,8 @@ std::optional<Vector3> SceneSimulation::angular_velocity(std::size_t object) con
 }
 
 std::span<const ExemptPair> SceneSimulation::allowed_with(std::size_t object) const {
-  const std::size_t latch = pieces_[object].latch, first = scene_->scene.latches.size();
-  if (latch == kNoLatch) return {};
-  if (latch < first) return scene_->scene.latches[latch].allowed;
-  if (latch >= first_option()) return scene_->latch_options[latch - first_option()].allowed;
-  return scene_->actions[latch - first].allowed;
+  const std::size_t latch = pieces_[object].latch;
+  return latch == kNoLatch ? std::span<const ExemptPair>() : allowed_by(*scene_, latch);
 }
 
 double SceneSimulation::joint_value(const JointAddress& joint) const {

@@ -10,6 +10,7 @@
 #include "touchstone/physics/bodies/latch.hpp"
 #include "touchstone/physics/contacts/touch_events.hpp"
 #include "touchstone/physics/scene/dynamic_scene.hpp"
+#include "touchstone/physics/scene/scene_latches.hpp"
 
 namespace touchstone::physics {
 
@@ -64,8 +65,8 @@ class SceneSimulation {
   bool release_now(std::size_t carried);
 
   /// Carries out an action now, whatever its time, as begin_step() does those of the scene; ramps begin now.
-  /// What a latch allows are the pairs of the scene's latch option of the same two, if there is one. Between
-  /// steps; the next step has the change.
+  /// What a latch allows are the pairs of the scene's latch option, latch or action of the same two, if there
+  /// is one. Between steps; the next step has the change.
   /// @throws InputError, and nothing has changed: validate_action(); pairs that the action itself allows;
   /// an inertia that begin_step() refuses.
   void act(const SceneAction& action);
@@ -157,7 +158,6 @@ class SceneSimulation {
 
  private:
   /// Latches are counted through the scene's own, then its actions, then its options.
-  static constexpr std::size_t kNoLatch = static_cast<std::size_t>(-1);
 
   /// Where an object is: in the frame F of what it moves with (of a body or of a mechanism's link).
   struct Piece {
@@ -205,8 +205,6 @@ class SceneSimulation {
   // scene_simulation_latches.cpp
   bool may_latch(std::size_t carrier, std::size_t carried) const;
   bool carry_out(const SceneAction& action, std::size_t latch);
-  std::size_t latch_of(const SceneAction& action) const;
-  std::size_t first_option() const { return scene_->scene.latches.size() + scene_->actions.size(); }
   void latch(std::size_t carrier, std::size_t carried, std::size_t latch);
   void capture_by_link(const Mover& link, const RigidBody& body, const RigidBodyState& state);
   void release(std::size_t carried);

@@ -93,25 +93,6 @@ bool SceneSimulation::carry_out(const SceneAction& action, std::size_t latch_ind
   return true;
 }
 
-/// The scene's option for the same two objects, else its latch or its action, or none.
-std::size_t SceneSimulation::latch_of(const SceneAction& action) const {
-  const auto is_same = [&](std::size_t carrier, std::size_t carried) {
-    return carrier == action.carrier && carried == action.carried;
-  };
-  for (std::size_t i = 0; i < scene_->latch_options.size(); ++i)
-    if (is_same(scene_->latch_options[i].carrier, scene_->latch_options[i].carried))
-      return first_option() + i;
-  const Scene& scene = scene_->scene;
-  for (std::size_t i = 0; i < scene.latches.size(); ++i)
-    if (is_same(find_object(scene, scene.latches[i].carrier), find_object(scene, scene.latches[i].carried)))
-      return i;
-  for (std::size_t i = 0; i < scene_->actions.size(); ++i)
-    if (scene_->actions[i].kind == SceneAction::Kind::latch &&
-        is_same(scene_->actions[i].carrier, scene_->actions[i].carried))
-      return scene.latches.size() + i;
-  return kNoLatch;
-}
-
 void SceneSimulation::act(const SceneAction& action) {
   ScenePlaces now;
   for (const Piece& piece : pieces_) {
@@ -123,7 +104,7 @@ void SceneSimulation::act(const SceneAction& action) {
     throw InputError("latch: what it allows is said by the scene's own latch of the two, or its option");
   if (action.kind == SceneAction::Kind::drive) return set_drive(action.joint, action.drive);
   if (action.kind == SceneAction::Kind::set_joint) return set_joint(action.joint, action.value, action.rate);
-  if (!carry_out(action, latch_of(action)))
+  if (!carry_out(action, latch_between(*scene_, action.carrier, action.carried)))
     throw InputError("act: object '" + name_of(action.carried) + "': a body would have no valid inertia");
   change_contacts();
 }
@@ -133,7 +114,7 @@ bool SceneSimulation::latch_now(std::size_t option) {
   const SceneLatchOption& wanted = scene_->latch_options[option];
   if (!may_latch(wanted.carrier, wanted.carried)) return false;
   try {
-    latch(wanted.carrier, wanted.carried, first_option() + option);
+    latch(wanted.carrier, wanted.carried, first_latch_option(*scene_) + option);
   } catch (const InputError&) {
     return false;
   }

@@ -268,7 +268,8 @@ void SceneSimulation::list_exempt() {
   for (std::size_t i = 0; i < scene_->actions.size(); ++i)
     list_exempt(scene_->actions[i].allowed, scene_->actions[i].carried, scene.latches.size() + i);
   for (std::size_t i = 0; i < scene_->latch_options.size(); ++i)
-    list_exempt(scene_->latch_options[i].allowed, scene_->latch_options[i].carried, first_option() + i);
+    list_exempt(scene_->latch_options[i].allowed, scene_->latch_options[i].carried,
+                first_latch_option(*scene_) + i);
   cluster_ = find_clusters();
 }
 
